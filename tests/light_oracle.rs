@@ -1,4 +1,4 @@
-//! Compares the path tracer that judges lighting with another one: `raxel_oracle::light` runs on the CPU, in `f64`. The two share only the
+//! Compares the path tracer that judges lighting with another one: `raxel_testing::path_tracer` runs on the CPU, in `f64`. The two share only the
 //! voxels and the definitions of sun, sky, lamps and surfaces.
 
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
@@ -12,7 +12,7 @@ use std::ops::Range;
 use common::Project;
 use raxel::Value;
 use raxel_oracle::Oracle;
-use raxel_oracle::light::{Estimate, Light, PathTracer, View};
+use raxel_testing::path_tracer::{Estimate, Light, PathTracer, View};
 use scenes::{cuboid, frames, open, world};
 
 const SIZE: [u32; 2] = [32, 18];

@@ -107,7 +107,7 @@ fn graphs_run_over(wanted: impl Fn(&str, usize, usize) -> bool) {
     let (graphs, mut worlds) = (graphs(&project), project.worlds());
     // Made to be measured: too large for some layouts on a software device, and for a test of every pair.
     worlds.retain(|world| world != "worlds/terrain.toml");
-    // Streamed: tests/streaming.rs.
+    // Streamed: tests/streaming.
     worlds.retain(|world| world != "worlds/frontier.toml");
     assert!(graphs.len() >= 3 && worlds.len() >= 3);
     for (number, graph) in graphs.iter().enumerate() {

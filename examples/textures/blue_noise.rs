@@ -8,10 +8,10 @@
 use raxel::world::random::SplitMix64;
 
 /// Width, height, and pictures of the shipped file.
-pub const EXTENT: [usize; 3] = [64, 64, 32];
+pub(crate) const EXTENT: [usize; 3] = [64, 64, 32];
 
 /// Where the random numbers of the shipped file start.
-pub const SEED: u64 = 1;
+pub(crate) const SEED: u64 = 1;
 
 /// Standard deviation of the repulsion, in pixels and in pictures.
 const SIGMA: f64 = 1.9;
@@ -21,7 +21,7 @@ const REACH: isize = 8;
 
 /// The value of each pixel of each picture: x first, then y, then time. Each of the 256 values occurs equally often, as far as their
 /// number allows.
-pub fn blue_noise(extent: [usize; 3], seed: u64) -> Vec<u8> {
+pub(crate) fn blue_noise(extent: [usize; 3], seed: u64) -> Vec<u8> {
     let count = extent.iter().product::<usize>();
     let mut ranks = vec![0; count];
     let initial = spread_out(scattered(extent, count / 10, seed));

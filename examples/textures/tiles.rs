@@ -1,13 +1,13 @@
 //! A texture for voxel faces: four tiles with joints between them, sRGB, that repeats without a seam.
 
 /// Texels along a side.
-pub const SIDE: usize = 128;
+pub(crate) const SIDE: usize = 128;
 
 /// Texels of the joint between two tiles.
 const JOINT: usize = 4;
 
 /// sRGB, three bytes a texel, rows from the top.
-pub fn tiles() -> Vec<u8> {
+pub(crate) fn tiles() -> Vec<u8> {
     (0..SIDE * SIDE).flat_map(|index| texel(index % SIDE, index / SIDE)).collect()
 }
 

@@ -10,7 +10,7 @@ use super::{Project, shared_library};
 const FULL: &str = include_str!("full_disk.c");
 
 /// A disk on which a file has room for so many bytes, and no more.
-pub struct FullDisk {
+pub(crate) struct FullDisk {
     library: PathBuf,
     room: u64,
     /// The folder of the library.
@@ -18,13 +18,13 @@ pub struct FullDisk {
 }
 
 impl FullDisk {
-    pub fn with_room(room: u64) -> Self {
+    pub(crate) fn with_room(room: u64) -> Self {
         let project = Project::empty();
         Self { library: shared_library(&project, "libfull.so", FULL), room, _project: project }
     }
 
     /// Lets a program and all that it starts write to this disk alone.
-    pub fn under<'c>(&self, command: &'c mut Command) -> &'c mut Command {
+    pub(crate) fn under<'c>(&self, command: &'c mut Command) -> &'c mut Command {
         command.env("LD_PRELOAD", &self.library).env("ROOM_FOR_FILES", self.room.to_string())
     }
 }

@@ -8,7 +8,7 @@ use super::{Project, before_vulkan};
 
 /// The answer of a call instead of its work (`VkResult`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// `VK_ERROR_OUT_OF_HOST_MEMORY`.
     HostMemory = -1,
     /// `VK_ERROR_OUT_OF_DEVICE_MEMORY`.
@@ -56,7 +56,7 @@ use Fault::{
 };
 
 /// Every call of raxel that may fail, with its possible answers (the reference pages of Vulkan 1.3, "Return Codes").
-pub const CALLS: &[(&str, &[Fault])] = &[
+pub(crate) const CALLS: &[(&str, &[Fault])] = &[
     ("vkEnumerateInstanceExtensionProperties", &[HostMemory, DeviceMemory, LayerNotPresent, Unknown]),
     ("vkEnumerateInstanceLayerProperties", &[HostMemory, DeviceMemory, Unknown]),
     (
@@ -128,7 +128,7 @@ pub const CALLS: &[(&str, &[Fault])] = &[
 ];
 
 /// As many of the cases, in an order that follows from the seed `RAXEL_FAULTS_SEED` alone.
-pub fn chosen<Case>(cases: Vec<Case>, most: usize) -> Vec<Case> {
+pub(crate) fn chosen<Case>(cases: Vec<Case>, most: usize) -> Vec<Case> {
     let seed = std::env::var("RAXEL_FAULTS_SEED").map_or(1, |seed| seed.parse().expect("a number"));
     // SplitMix64 (Steele, Lea, Flood 2014).
     let mix = |mut z: u64| {
@@ -147,7 +147,7 @@ pub fn chosen<Case>(cases: Vec<Case>, most: usize) -> Vec<Case> {
 const LIBRARY: &str = include_str!("faults.c");
 
 /// How a program is run with the library before Vulkan.
-pub struct Faults {
+pub(crate) struct Faults {
     library: PathBuf,
     order: PathBuf,
     seen: PathBuf,
@@ -156,7 +156,7 @@ pub struct Faults {
 
 impl Faults {
     /// Makes the library in a folder of the project.
-    pub fn new(project: &Project) -> Self {
+    pub(crate) fn new(project: &Project) -> Self {
         let names: Vec<String> = CALLS.iter().map(|(name, _)| format!("\"{name}\"")).collect();
         let lossy = |faults: &[Fault]| u8::from(faults.contains(&DeviceLost));
         let can_lose: Vec<String> = CALLS.iter().map(|(_, faults)| lossy(faults).to_string()).collect();
@@ -195,32 +195,32 @@ static Function ours(const char *name, Function found) {{
     }
 
     /// The command that runs the other end in a child process, which knows the project's folder.
-    pub fn in_folder(folder: &Path) -> Self {
+    pub(crate) fn in_folder(folder: &Path) -> Self {
         let [order, seen] = ["faults.order", "faults.seen"].map(|name| folder.join(name));
         // No number of the parent process comes again.
         Self { library: PathBuf::new(), order, seen, number: std::cell::Cell::new(1000) }
     }
 
     /// Variables of a program's environment.
-    pub fn variables(&self) -> [(&'static str, &Path); 3] {
+    pub(crate) fn variables(&self) -> [(&'static str, &Path); 3] {
         [("LD_PRELOAD", &self.library), ("FAULTS_ORDER", &self.order), ("FAULTS_SEEN", &self.seen)]
     }
 
     /// The next call of this name after `skip` of them fails, once.
-    pub fn arm(&self, call: &str, skip: usize, fault: Fault) {
+    pub(crate) fn arm(&self, call: &str, skip: usize, fault: Fault) {
         // The calls before it do not count.
         fs::write(&self.seen, "").unwrap();
         self.write(&format!("{call} {skip} {} 0", fault as i32));
     }
 
     /// Every call of this name fails.
-    pub fn arm_always(&self, call: &str, fault: Fault) {
+    pub(crate) fn arm_always(&self, call: &str, fault: Fault) {
         fs::write(&self.seen, "").unwrap();
         self.write(&format!("{call} 0 {} 1", fault as i32));
     }
 
     /// From here on nothing fails. Returns the calls since the last order: names, and the planted answers.
-    pub fn disarm(&self) -> Vec<(String, i32)> {
+    pub(crate) fn disarm(&self) -> Vec<(String, i32)> {
         self.write("none 0 0 0");
         let seen = fs::read_to_string(&self.seen).unwrap();
         let before = (self.number.get() - 1).to_string();

@@ -8,31 +8,32 @@ use std::mem::offset_of;
 use std::path::PathBuf;
 
 use raxel_execute::vulkan_format;
-pub use raxel_gpu::known::*;
+pub(crate) use raxel_gpu::known::*;
 use raxel_gpu::vk;
 use raxel_shader::format::{Format, ScalarKind};
 use spirv::Capability;
 
-pub use self::random::random_device;
+pub(crate) use self::random::random_device;
 use super::{Project, before_vulkan};
 
 /// The exit of a program that asks for more than the device reports.
-pub const EXCEEDED: i32 = 97;
+pub(crate) const EXCEEDED: i32 = 97;
 
 /// The Apple M1 over a driver of Vulkan 1.2.
-pub const METAL_12: KnownDevice = KnownDevice { name: "Apple M1 (MoltenVK of Vulkan 1.2)", minor: 2, ..METAL };
+pub(crate) const METAL_12: KnownDevice = KnownDevice { name: "Apple M1 (MoltenVK of Vulkan 1.2)", minor: 2, ..METAL };
 
 /// The same with a driver that knows no windows.
-pub const WINDOWLESS: KnownDevice = KnownDevice { name: "a device without windows", swapchain: false, ..METAL };
+pub(crate) const WINDOWLESS: KnownDevice = KnownDevice { name: "a device without windows", swapchain: false, ..METAL };
 
 /// Adreno 620, driver of Qualcomm: Vulkan 1.1 (<https://github.com/termux/termux-packages/pull/7165>).
-pub const ADRENO_OLD: KnownDevice = KnownDevice { name: "Adreno 620 (Qualcomm, Vulkan 1.1)", minor: 1, ..ADRENO_7 };
+pub(crate) const ADRENO_OLD: KnownDevice =
+    KnownDevice { name: "Adreno 620 (Qualcomm, Vulkan 1.1)", minor: 1, ..ADRENO_7 };
 
 /// Mali-G78 with the driver that many phones still have: Vulkan 1.1 (<https://github.com/strato-emu/compat-list/issues/1450>).
-pub const MALI_OLD: KnownDevice = KnownDevice { name: "Mali-G78 (Arm, Vulkan 1.1)", minor: 1, ..MALI };
+pub(crate) const MALI_OLD: KnownDevice = KnownDevice { name: "Mali-G78 (Arm, Vulkan 1.1)", minor: 1, ..MALI };
 
 /// The devices that raxel does not open.
-pub const TOO_OLD: [KnownDevice; 2] = [ADRENO_OLD, MALI_OLD];
+pub(crate) const TOO_OLD: [KnownDevice; 2] = [ADRENO_OLD, MALI_OLD];
 
 /// The structure that says whether a device has a feature, and the byte offset there.
 fn place(feature: Feature) -> (i32, usize) {
@@ -88,7 +89,7 @@ const FEATURES: i32 = -2;
 
 /// A library that stands for a device.
 #[derive(Clone, Copy)]
-pub struct Lesser<'a> {
+pub(crate) struct Lesser<'a> {
     /// The device that is there: who asks for more than it has is ended.
     pub has: &'a KnownDevice,
     /// The device that the program is told of.
@@ -105,7 +106,7 @@ impl<'a> From<&'a KnownDevice> for Lesser<'a> {
 
 impl Lesser<'_> {
     /// Makes the library in a folder of the project; the environment of a program that runs with it.
-    pub fn library(&self, project: &Project) -> PathBuf {
+    pub(crate) fn library(&self, project: &Project) -> PathBuf {
         let Lesser { has: device, claims, pipeline_milliseconds } = *self;
         let mut patches = String::new();
         for (of, at, how, value) in patches_of(claims) {

@@ -7,7 +7,7 @@ use super::repository;
 
 /// A line of a page.
 #[derive(Clone, Debug)]
-pub struct Line {
+pub(crate) struct Line {
     /// From 1.
     pub number: usize,
     /// Whether it is inside a fenced block.
@@ -16,7 +16,7 @@ pub struct Line {
 }
 
 /// The lines of a page, without those that open and close fenced blocks.
-pub fn lines(page: &str) -> Vec<Line> {
+pub(crate) fn lines(page: &str) -> Vec<Line> {
     let mut fenced = false;
     let mut found = Vec::new();
     for (index, text) in page.lines().enumerate() {
@@ -31,7 +31,7 @@ pub fn lines(page: &str) -> Vec<Line> {
 
 /// A fenced block.
 #[derive(Clone, Debug)]
-pub struct Block {
+pub(crate) struct Block {
     /// The line that opens it, from 1.
     pub number: usize,
     /// The words behind the fence; the first is the language.
@@ -42,18 +42,18 @@ pub struct Block {
 
 impl Block {
     /// The text after `name=` in the info words.
-    pub fn value(&self, name: &str) -> Option<&str> {
+    pub(crate) fn value(&self, name: &str) -> Option<&str> {
         self.info.iter().find_map(|word| word.strip_prefix(name)?.strip_prefix('='))
     }
 
     /// The language.
-    pub fn language(&self) -> &str {
+    pub(crate) fn language(&self) -> &str {
         self.info.first().map_or("", String::as_str)
     }
 }
 
 /// The fenced blocks of a page.
-pub fn blocks(page: &str) -> Vec<Block> {
+pub(crate) fn blocks(page: &str) -> Vec<Block> {
     let mut found = Vec::new();
     let mut open: Option<Block> = None;
     for (index, text) in page.lines().enumerate() {
@@ -71,18 +71,18 @@ pub fn blocks(page: &str) -> Vec<Block> {
 }
 
 /// The code spans of a line.
-pub fn spans(line: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn spans(line: &str) -> impl Iterator<Item = &str> {
     line.split('`').skip(1).step_by(2)
 }
 
 /// The targets of a line's links and pictures, except for other sites.
-pub fn links(line: &str) -> impl Iterator<Item = &str> {
+pub(crate) fn links(line: &str) -> impl Iterator<Item = &str> {
     let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
     targets.filter(|target| !target.contains("://"))
 }
 
 /// The anchor of a heading, as GitHub and mdBook make it.
-pub fn anchor(heading: &str) -> String {
+pub(crate) fn anchor(heading: &str) -> String {
     let kept = heading.trim().to_lowercase();
     kept.chars().filter(|c| c.is_alphanumeric() || "-_ ".contains(*c)).map(|c| if c == ' ' { '-' } else { c }).collect()
 }
@@ -93,13 +93,13 @@ fn has_anchor(page: &str, wanted: &str) -> bool {
 }
 
 /// The headings of a page, without their marks.
-pub fn headings(page: &str) -> impl Iterator<Item = String> {
+pub(crate) fn headings(page: &str) -> impl Iterator<Item = String> {
     let marked = lines(page).into_iter().filter(|line| !line.fenced && line.text.starts_with('#'));
     marked.map(|line| line.text.trim_start_matches('#').trim().to_owned())
 }
 
 /// The links of a page of the repository that lead nowhere, each with its page and line, and how many links there are.
-pub fn dead_links(page: &str) -> (Vec<String>, usize) {
+pub(crate) fn dead_links(page: &str) -> (Vec<String>, usize) {
     let folder = Path::new(page).parent().unwrap_or(Path::new(""));
     let (mut dead, mut count) = (Vec::new(), 0);
     let text = std::fs::read_to_string(repository().join(page)).unwrap_or_else(|error| panic!("{page}: {error}"));
@@ -125,7 +125,7 @@ pub fn dead_links(page: &str) -> (Vec<String>, usize) {
 }
 
 /// The pages of a folder of the repository and those below it.
-pub fn pages(folder: &str) -> BTreeSet<String> {
+pub(crate) fn pages(folder: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
     for entry in std::fs::read_dir(repository().join(folder)).unwrap() {
         let path = format!("{folder}/{}", entry.unwrap().file_name().to_str().unwrap());

@@ -5,39 +5,39 @@
 mod disk;
 mod faults;
 mod lesser;
-pub mod markdown;
+pub(crate) mod markdown;
 mod talk;
 mod vulkan;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-pub use disk::FullDisk;
-pub use faults::{CALLS, Fault, Faults, chosen};
-pub use lesser::*;
-pub use raxel_testing::{
+pub(crate) use disk::FullDisk;
+pub(crate) use faults::{CALLS, Fault, Faults, chosen};
+pub(crate) use lesser::*;
+pub(crate) use raxel_testing::{
     Display, Folder, LIMIT, Project, Running, Said, copy, eventually, files, line, output, read_all, repository,
 };
-pub use talk::Talk;
-pub use vulkan::before_vulkan;
+pub(crate) use talk::Talk;
+pub(crate) use vulkan::before_vulkan;
 
 /// GLSL that stands for a subgroup of 64.
-pub const SUBGROUP_OF_64: &str = include_str!("subgroup_of_64.glsl");
+pub(crate) const SUBGROUP_OF_64: &str = include_str!("subgroup_of_64.glsl");
 
 /// The folders of lighting systems: raxel's own, and their rivals.
-pub const LIGHT: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
+pub(crate) const LIGHT: [&str; 2] = ["graphs/light", "graphs/rivals/light"];
 /// The folders of tracers' graphs: raxel's own, and their rivals.
-pub const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
+pub(crate) const TRACERS: [&str; 2] = ["graphs/bench", "graphs/rivals/march"];
 
 /// Project path of the shipped graph of that name in one of two folders; in the first if neither has it.
-pub fn graph_in(folders: [&str; 2], name: &str) -> String {
+pub(crate) fn graph_in(folders: [&str; 2], name: &str) -> String {
     let [own, rival] = folders.map(|folder| format!("{folder}/{name}.toml"));
     if repository().join(&rival).exists() { rival } else { own }
 }
 
 /// The result of a run of the binary.
 #[derive(Debug)]
-pub struct Run {
+pub(crate) struct Run {
     pub code: i32,
     pub stdout: String,
     pub stderr: String,
@@ -55,20 +55,20 @@ impl From<Output> for Run {
 
 impl Run {
     /// The lines of stdout as JSON.
-    pub fn json(&self) -> Vec<serde_json::Value> {
+    pub(crate) fn json(&self) -> Vec<serde_json::Value> {
         self.stdout.lines().map(|line| serde_json::from_str(line).unwrap_or_else(|e| panic!("{e}: {line}"))).collect()
     }
 
     /// Stops the test unless the exit code is this one. 101 (a panic) never is.
     #[track_caller]
-    pub fn exits(self, code: i32) -> Self {
+    pub(crate) fn exits(self, code: i32) -> Self {
         assert_eq!(self.code, code, "stdout:\n{}\nstderr:\n{}", self.stdout, self.stderr);
         self
     }
 }
 
 /// A command line of the binary in a folder.
-pub fn command(folder: &Path, arguments: &[&str]) -> Command {
+pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_raxel"));
     command.args(arguments).current_dir(folder).stdin(Stdio::null());
     command.env("NO_COLOR", "1").env_remove("CLICOLOR_FORCE").env_remove("RUST_BACKTRACE");
@@ -78,17 +78,17 @@ pub fn command(folder: &Path, arguments: &[&str]) -> Command {
 }
 
 /// Runs the binary in a folder; it must end in time.
-pub fn raxel_in(folder: &Path, arguments: &[&str]) -> Run {
+pub(crate) fn raxel_in(folder: &Path, arguments: &[&str]) -> Run {
     output(&mut command(folder, arguments)).into()
 }
 
 /// Runs the binary in the repository.
-pub fn raxel(arguments: &[&str]) -> Run {
+pub(crate) fn raxel(arguments: &[&str]) -> Run {
     raxel_in(repository(), arguments)
 }
 
 /// The binary in a project.
-pub trait RunRaxel {
+pub(crate) trait RunRaxel {
     /// Runs the binary in it.
     fn raxel(&self, arguments: &[&str]) -> Run;
 }
@@ -100,7 +100,7 @@ impl RunRaxel for Project {
 }
 
 /// Makes a shared library of C in a project, for programs that are started with `LD_PRELOAD`. The compiler is the one that links Rust.
-pub fn shared_library(project: &Project, name: &str, source: &str) -> PathBuf {
+pub(crate) fn shared_library(project: &Project, name: &str, source: &str) -> PathBuf {
     let (from, to) = (project.path("library.c"), project.path(name));
     std::fs::write(&from, source).unwrap();
     let mut compiler = Command::new("cc");

@@ -20,6 +20,6 @@ const TAIL: &str = include_str!("before_vulkan.c");
 
 /// A library for `LD_PRELOAD`. `ours` is C with `static Function ours(const char *name, Function found)`, which returns the function to call in
 /// place of the found one.
-pub fn before_vulkan(project: &Project, ours: &str) -> PathBuf {
+pub(crate) fn before_vulkan(project: &Project, ours: &str) -> PathBuf {
     shared_library(project, "libbefore.so", &[HEAD, ours, TAIL].concat())
 }

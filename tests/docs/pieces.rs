@@ -18,7 +18,7 @@ use crate::reference::Reference;
 use crate::schemas;
 
 /// Pages outside of `docs`.
-pub const OTHERS: [&str; 5] =
+pub(crate) const OTHERS: [&str; 5] =
     ["README.md", "examples/README.md", "graphs/examples/README.md", "python/README.md", "editors/vscode/README.md"];
 /// Names of files that stand for those of a reader.
 const OF_READERS: [&str; 8] = ["a", "big", "bloom", "church", "flight", "hill", "mine", "take"];

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::{Map, Value};
 
 /// A JSON schema as Markdown tables.
-pub struct Reference<'s> {
+pub(crate) struct Reference<'s> {
     /// The schema of a file.
     pub schema: &'s Value,
 }
@@ -15,7 +15,7 @@ const FEW: usize = 8;
 
 impl Reference<'_> {
     /// All tables of the file.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = String::new();
         self.tables("The file", self.schema, &mut text);
         for (name, definition) in self.schema["definitions"].as_object().into_iter().flatten() {
@@ -68,7 +68,7 @@ impl Reference<'_> {
     }
 
     /// The target of a reference.
-    pub fn resolved<'v>(&'v self, value: &'v Value) -> &'v Value {
+    pub(crate) fn resolved<'v>(&'v self, value: &'v Value) -> &'v Value {
         match self.definition(value) {
             Some((_, definition)) => self.resolved(definition),
             None => value,
@@ -82,7 +82,7 @@ impl Reference<'_> {
     }
 
     /// The description of a value.
-    pub fn about<'v>(&'v self, value: &'v Value) -> &'v str {
+    pub(crate) fn about<'v>(&'v self, value: &'v Value) -> &'v str {
         value["description"].as_str().or_else(|| self.resolved(value)["description"].as_str()).unwrap_or_default()
     }
 

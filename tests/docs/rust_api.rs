@@ -9,7 +9,7 @@ use super::common::repository;
 const KINDS: [&str; 6] = ["struct", "enum", "type", "trait", "fn", "const"];
 
 /// The tables of the page, from `engine/lib.rs`: names, modules that are whole crates, and the names of each other module.
-pub fn tables() -> String {
+pub(crate) fn tables() -> String {
     let library = std::fs::read_to_string(repository().join("engine/lib.rs")).unwrap();
     let mut parts = library.split("\npub mod ");
     let top = parts.next().unwrap();

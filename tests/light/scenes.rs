@@ -8,7 +8,14 @@ use raxel_measure::light::{Effort, Epsilon, Scene};
 use crate::common::{self, Project};
 
 /// Materials and operations of a world, and where its camera stands and looks.
-pub fn world(project: &Project, materials: &str, build: &[String], position: [f64; 3], look_at: [f64; 3], fov: f64) {
+pub(crate) fn world(
+    project: &Project,
+    materials: &str,
+    build: &[String],
+    position: [f64; 3],
+    look_at: [f64; 3],
+    fov: f64,
+) {
     let text = format!(
         r#"name = "test"
 [camera]
@@ -23,16 +30,16 @@ fov = {fov:?}
     project.write("worlds/test.toml", text);
 }
 
-pub fn cuboid(material: &str, min: [i32; 3], max: [i32; 3], more: &str) -> String {
+pub(crate) fn cuboid(material: &str, min: [i32; 3], max: [i32; 3], more: &str) -> String {
     format!("[[build]]\nop = \"box\"\nmin = {min:?}\nmax = {max:?}\nmaterial = \"{material}\"\n{more}\n")
 }
 
-pub fn open(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)]) -> Session {
+pub(crate) fn open(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)]) -> Session {
     open_at(project, graph, size, params, 60.0)
 }
 
 /// The same, with this number of frames a second.
-pub fn open_at(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)], rate: f64) -> Session {
+pub(crate) fn open_at(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, f32)], rate: f64) -> Session {
     let mut session = Session::open(Options {
         project: Some(project.root().into()),
         graph: Some(project.path(graph)),
@@ -51,7 +58,7 @@ pub fn open_at(project: &Project, graph: &str, size: [u32; 2], params: &[(&str, 
     session
 }
 
-pub fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
+pub(crate) fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
     for _ in 0..count {
         session.frame().unwrap();
     }
@@ -61,13 +68,13 @@ pub fn frames(session: &mut Session, count: u32) -> Vec<[f32; 4]> {
 }
 
 /// `worlds/test.toml` from its own camera, as the judge takes it.
-pub fn scene() -> Scene {
+pub(crate) fn scene() -> Scene {
     let (name, world) = ("test".to_owned(), "worlds/test.toml".to_owned());
     Scene { name, world, epsilon: Epsilon::NAMED, ..Scene::default() }
 }
 
 /// The settings of the judge for small still pictures: `frames` of each system, against at most `paths` paths a pixel.
-pub fn effort(project: &Project, size: [u32; 2], frames: u32, paths: u32) -> Effort {
+pub(crate) fn effort(project: &Project, size: [u32; 2], frames: u32, paths: u32) -> Effort {
     Effort {
         project: project.root().to_owned(),
         device: None,
@@ -83,10 +90,10 @@ pub fn effort(project: &Project, size: [u32; 2], frames: u32, paths: u32) -> Eff
 }
 
 /// Neither sun nor sky.
-pub const DARK: [(&str, f32); 2] = [("sun_strength", 0.0), ("sky_strength", 0.0)];
+pub(crate) const DARK: [(&str, f32); 2] = [("sun_strength", 0.0), ("sky_strength", 0.0)];
 
 /// Project paths of the graphs that are judged.
-pub fn systems(project: &Project) -> Vec<String> {
+pub(crate) fn systems(project: &Project) -> Vec<String> {
     let all = common::LIGHT.map(|folder| raxel::Project::at(project.root()).unwrap().graphs_in(folder)).concat();
     assert!(all.len() >= 2, "{all:?}");
     all

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 /// One fault.
 #[derive(Clone, Debug)]
-pub struct Fault {
+pub(crate) struct Fault {
     /// The bytes that it replaces.
     pub range: Range<usize>,
     pub from: String,
@@ -14,12 +14,12 @@ pub struct Fault {
 
 impl Fault {
     /// The source with the fault in it.
-    pub fn planted(&self, source: &str) -> String {
+    pub(crate) fn planted(&self, source: &str) -> String {
         format!("{}{}{}", &source[..self.range.start], self.to, &source[self.range.end..])
     }
 
     /// The number of its line, from 1, and the text of that line.
-    pub fn line<'a>(&self, source: &'a str) -> (usize, &'a str) {
+    pub(crate) fn line<'a>(&self, source: &'a str) -> (usize, &'a str) {
         let before = &source[..self.range.start];
         let start = before.rfind('\n').map_or(0, |end| end + 1);
         let text = source[start..].lines().next().unwrap_or_default();
@@ -27,12 +27,12 @@ impl Fault {
     }
 
     /// Its column in bytes, from 1.
-    pub fn column(&self, source: &str) -> usize {
+    pub(crate) fn column(&self, source: &str) -> usize {
         self.range.start - source[..self.range.start].rfind('\n').map_or(0, |end| end + 1) + 1
     }
 
     /// The name of the function that it is in.
-    pub fn function<'a>(&self, source: &'a str) -> Option<&'a str> {
+    pub(crate) fn function<'a>(&self, source: &'a str) -> Option<&'a str> {
         // Functions begin and end at the first column.
         let begins = |line: &&str| line.starts_with(|c: char| c.is_ascii_alphabetic() || c == '}');
         let head = source[..self.range.start].lines().rev().find(begins)?;
@@ -41,7 +41,7 @@ impl Fault {
     }
 
     /// How the new number compares with the old one.
-    pub fn order(&self) -> Option<Ordering> {
+    pub(crate) fn order(&self) -> Option<Ordering> {
         number(&self.to)?.partial_cmp(&number(&self.from)?)
     }
 }
@@ -112,7 +112,7 @@ const SWAPS: &[(&str, &[&str])] = &[
 ];
 
 /// Every fault that fits into a source. Comments, preprocessor lines and lines with `layout` have none.
-pub fn faults(source: &str) -> Vec<Fault> {
+pub(crate) fn faults(source: &str) -> Vec<Fault> {
     let mut found = Vec::new();
     let tokens = tokens(source);
     for (n, token) in tokens.iter().enumerate() {

@@ -73,7 +73,7 @@ pub(crate) enum Verb {
 
 impl Verb {
     /// The form of messages that the verb was asked for.
-    pub fn format(&self) -> Format {
+    pub(crate) fn format(&self) -> Format {
         match self {
             Verb::Demo(args) => args.messages.format,
             Verb::Run(args) => args.messages.format,
@@ -125,12 +125,12 @@ impl Verb {
 
 impl Cli {
     /// Where messages go, and in what form.
-    pub fn console(&self) -> Console {
+    pub(crate) fn console(&self) -> Console {
         Console::new(self.verb.format(), self.color, self.verbose).driven(self.verb.program())
     }
 
     /// Runs its verb.
-    pub fn run(self, console: &Console) -> Result {
+    pub(crate) fn run(self, console: &Console) -> Result {
         let trace = TraceWriter::listen(self.trace.as_deref(), console)?;
         if self.verb.keeps_results() {
             cache::open(console);

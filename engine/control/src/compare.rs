@@ -50,7 +50,7 @@ impl<T: Send + 'static> Later<T> {
     }
 
     /// The result, once it is there. Never waits.
-    pub fn poll(&mut self) -> Option<Result<T, Refusal>> {
+    pub(crate) fn poll(&mut self) -> Option<Result<T, Refusal>> {
         if let Some(copies) = self.copies.take_if(|copies| copies.have_arrived()) {
             thread::spawn(move || copies.make());
         }

@@ -168,14 +168,14 @@ pub(super) struct Alone<'s> {
 }
 
 impl<'s> Alone<'s> {
-    pub fn new(session: &'s mut Session) -> Self {
+    pub(crate) fn new(session: &'s mut Session) -> Self {
         let presets = Presets::of(session.project().root());
         let recorder = Recorder::default();
         Self { session, presets, writes: Vec::new(), following: Vec::new(), kept: None, looped: None, recorder }
     }
 
     /// An edit runs, or other files were opened: params whose values the edit has follow their files.
-    pub fn reloaded(&mut self, opened: bool) {
+    pub(crate) fn reloaded(&mut self, opened: bool) {
         if opened {
             self.looped = None;
             self.following.clear();

@@ -15,12 +15,12 @@ pub(super) struct Refusal {
 }
 
 impl Refusal {
-    pub fn new(error: impl Into<String>) -> Self {
+    pub(crate) fn new(error: impl Into<String>) -> Self {
         Self { error: error.into(), help: Vec::new() }
     }
 
     /// There is nothing of this name; the help has the name that was meant, or all.
-    pub fn unknown<'n>(error: &str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
+    pub(crate) fn unknown<'n>(error: &str, name: &str, known: impl Iterator<Item = &'n str> + Clone) -> Self {
         let help = match closest(name, known.clone()) {
             Some(like) => Some(format!("did you mean `{like}`?")),
             None => (known.clone().next().is_some()).then(|| format!("it has {}", list(known))),
@@ -29,19 +29,19 @@ impl Refusal {
     }
 
     /// Only a window does it.
-    pub fn no_window(request: &str) -> Self {
+    pub(crate) fn no_window(request: &str) -> Self {
         let help = "`raxel run --control` opens a window".to_owned();
         Self { error: format!("`{request}` needs a window"), help: vec![help] }
     }
 
     /// With another way, without a window.
-    pub fn or(mut self, instead: &str) -> Self {
+    pub(crate) fn or(mut self, instead: &str) -> Self {
         self.help.push(format!("without one, {instead}"));
         self
     }
 
     /// The session waits for the mend of its files.
-    pub fn nothing_runs() -> Self {
+    pub(crate) fn nothing_runs() -> Self {
         let help = "`diagnostics` lists them, and `wait_reload` waits until they are mended".to_owned();
         Self { error: "nothing runs, as the files have mistakes".to_owned(), help: vec![help] }
     }

@@ -401,12 +401,12 @@ fn within(request: Request) -> Result<Request, Refusal> {
 
 impl Request {
     /// Whether it gives up a picture that is being kept.
-    pub fn ends_keep(&self) -> bool {
+    pub(crate) fn ends_keep(&self) -> bool {
         matches!(self, Request::Keep(_) | Request::Forget {} | Request::Quit {})
     }
 
     /// Whether an edit follows it, which `wait_reload` waits for.
-    pub fn leads_to_edit(&self) -> bool {
+    pub(crate) fn leads_to_edit(&self) -> bool {
         matches!(
             self,
             Request::WriteParams { .. }

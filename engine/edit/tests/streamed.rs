@@ -14,8 +14,8 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
-use raxel_stream::{StreamOptions, Streamer, StreamingRange, TileKey, View, union};
-use raxel_testing::Words;
+use raxel_stream::{StreamOptions, Streamer, StreamingRange, TileKey, View};
+use raxel_testing::{Words, union};
 use raxel_world::{
     AIR, BLOCKS, Bounds, ChunkPos, ChunkProvider, Content, DenseChunk, MAX_LEVEL, Material, MaterialIndex, Mode,
     Unavailable, cell_edge,

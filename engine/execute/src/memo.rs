@@ -87,7 +87,7 @@ enum Maker {
 
 /// Decides for each frame which steps run.
 #[derive(Clone, Debug)]
-pub struct Memo {
+pub(crate) struct Memo {
     slots: Vec<Slot>,
     nodes: Vec<Node>,
     /// In place now, by slot, copy, mip. The last one is the shown picture.
@@ -122,7 +122,7 @@ const SUPPLIED: Digest = 0x50 << 64;
 impl Memo {
     /// For a plan whose resources have only their `init` contents.
     #[expect(clippy::cast_possible_truncation, reason = "a plan numbers its steps and resources in 32 bits")]
-    pub fn new(plan: &Plan) -> Memo {
+    pub(crate) fn new(plan: &Plan) -> Memo {
         let index_of = |resource| plan.resources.iter().position(|r| r.resource == resource);
         let mut memo = Memo::empty(plan.steps.len());
         for resource in &plan.resources {
@@ -238,7 +238,7 @@ impl Memo {
     }
 
     /// Forgets the contents in place: the next frame runs in full. For a reset, and for a frame that failed halfway.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         for content in &mut self.content {
             self.fresh += 1;
             *content = Content { id: MADE_UP | Digest::from(self.fresh), run: 0 };
@@ -246,7 +246,7 @@ impl Memo {
     }
 
     /// Takes over the entries of `old` for a resource that keeps its contents across a swap of plans.
-    pub fn carry(&mut self, slot: usize, old: &Memo, old_slot: usize) {
+    pub(crate) fn carry(&mut self, slot: usize, old: &Memo, old_slot: usize) {
         let (to, from) = (&self.slots[slot], &old.slots[old_slot]);
         if (to.copies, to.mips) == (from.copies, from.mips) && !to.aliased && !from.aliased {
             let count = (to.copies * to.mips) as usize;
@@ -255,12 +255,12 @@ impl Memo {
     }
 
     /// Sets the version of its source with which a copy (index of its resource) is filled in the next frame, or that it is not filled.
-    pub fn fill_copy(&mut self, resource: usize, version: Option<u64>) {
+    pub(crate) fn fill_copy(&mut self, resource: usize, version: Option<u64>) {
         self.copies[resource] = version;
     }
 
     /// The version that a copy is to be filled with in the frame that was decided.
-    pub fn copy_due(&self, resource: usize) -> Option<u64> {
+    pub(crate) fn copy_due(&self, resource: usize) -> Option<u64> {
         self.copies[resource]
     }
 
@@ -270,13 +270,13 @@ impl Memo {
     }
 
     /// Makes these passes of the plan run in the next frame, if they are due, even if all that they make is in place.
-    pub fn force(&mut self, passes: impl Iterator<Item = usize>) {
+    pub(crate) fn force(&mut self, passes: impl Iterator<Item = usize>) {
         self.forced.clear();
         self.forced.extend(passes);
     }
 
     /// Says which content a resource has that the runtime supplies (a source): equal ids, equal bytes.
-    pub fn supply(&mut self, slot: usize, id: u64) {
+    pub(crate) fn supply(&mut self, slot: usize, id: u64) {
         let slot = &self.slots[slot];
         for content in &mut self.content[slot.first..slot.first + (slot.copies * slot.mips) as usize] {
             *content = Content { id: SUPPLIED | Digest::from(id), run: 0 };
@@ -286,7 +286,7 @@ impl Memo {
     /// Decides frame `frame` (the number that rotates histories, beside the ticks). `keys` has for each of the plan's passes a digest of its
     /// pipeline, workgroups, push and uniform bytes, or `None` when it does not run in this frame (not due, or disabled); `present` is one
     /// of how the picture is shown. Gives for each step whether it is to run (barriers: always true), and takes it that they do.
-    pub fn decide(&mut self, frame: u64, ticks: &Ticks, keys: &[Option<Digest>], present: Digest) -> &[bool] {
+    pub(crate) fn decide(&mut self, frame: u64, ticks: &Ticks, keys: &[Option<Digest>], present: Digest) -> &[bool] {
         self.find_copies(frame, ticks);
         self.predict_contents(ticks, keys, present);
         self.mark_dirty();

@@ -5,7 +5,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::ScalarKind;
 
 /// Reads texels of one format. The properties of the format are looked up once, not for each texel.
-pub struct Decoder {
+pub(crate) struct Decoder {
     channels: usize,
     /// Bits of each channel, from the least significant.
     widths: [u32; 4],
@@ -23,7 +23,7 @@ enum Meaning {
 }
 
 impl Decoder {
-    pub fn of(format: Format) -> Self {
+    pub(crate) fn of(format: Format) -> Self {
         let channels = format.channels();
         let widths = match format {
             Format::Rgb10A2 | Format::Rgb10A2ui => [10, 10, 10, 2],
@@ -43,7 +43,7 @@ impl Decoder {
 
     /// Bits of the channels, absent ones 0.
     #[expect(clippy::cast_possible_truncation, reason = "a channel has at most 32 bits")]
-    pub fn bits(&self, texel: &[u8]) -> [u32; 4] {
+    pub(crate) fn bits(&self, texel: &[u8]) -> [u32; 4] {
         let mut channels = [0; 4];
         if self.widths[0] == 32 {
             for (channel, &bytes) in channels.iter_mut().zip(texel.as_chunks().0) {
@@ -62,7 +62,7 @@ impl Decoder {
     }
 
     /// One texel of an integer format; signed channels are sign-extended and given by their bits.
-    pub fn integers(&self, texel: &[u8]) -> [u32; 4] {
+    pub(crate) fn integers(&self, texel: &[u8]) -> [u32; 4] {
         let mut channels = self.bits(texel);
         if self.meaning == Meaning::Signed {
             for (channel, width) in channels.iter_mut().zip(self.widths).take(self.channels) {
@@ -80,7 +80,7 @@ impl Decoder {
         clippy::cast_possible_truncation,
         reason = "halves have 16 bits, and normalised values are rounded to 32-bit floats"
     )]
-    pub fn floats(&self, texel: &[u8]) -> [f32; 4] {
+    pub(crate) fn floats(&self, texel: &[u8]) -> [f32; 4] {
         let raw = self.bits(texel);
         let mut channels = [0.0, 0.0, 0.0, 1.0];
         for ((channel, raw), width) in channels.iter_mut().zip(raw).zip(self.widths).take(self.channels) {

@@ -15,7 +15,7 @@ const ORIGIN: u64 = 12_252_240;
 
 /// The clocks of a graph, from frame to frame.
 #[derive(Clone, Debug, Default)]
-pub struct Ticks {
+pub(crate) struct Ticks {
     clocks: Vec<ClockState>,
 }
 
@@ -53,13 +53,13 @@ impl ClockState {
 
 impl Ticks {
     /// Nothing has run yet.
-    pub fn new(graph: &Graph) -> Ticks {
+    pub(crate) fn new(graph: &Graph) -> Ticks {
         Ticks { clocks: graph.clocks.iter().map(|clock| ClockState::new(&clock.name, clock.hz, clock.most)).collect() }
     }
 
     /// Begins the frame at a time. Time that runs backwards makes nothing due.
     #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
-    pub fn advance(&mut self, time: Moment) {
+    pub(crate) fn advance(&mut self, time: Moment) {
         for clock in &mut self.clocks {
             clock.before = (clock.reached, clock.finished, clock.due);
             let (number, phase) = time.tick(clock.rate);
@@ -74,21 +74,21 @@ impl Ticks {
     }
 
     /// The frame that was begun has not been.
-    pub fn undo(&mut self) {
+    pub(crate) fn undo(&mut self) {
         for clock in &mut self.clocks {
             (clock.reached, clock.finished, clock.due) = clock.before;
         }
     }
 
     /// Starts over: the next frame runs tick 0.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         for clock in &mut self.clocks {
             (clock.reached, clock.finished, clock.due) = (None, 0, 0);
         }
     }
 
     /// Continues from the counts of clocks with the same names. So the selected copies keep their order across a swap of plans.
-    pub fn carry(&mut self, old: &Ticks) {
+    pub(crate) fn carry(&mut self, old: &Ticks) {
         for clock in &mut self.clocks {
             let Some(before) = old.clocks.iter().find(|before| before.name == clock.name) else { continue };
             clock.finished = before.finished + u64::from(before.due);
@@ -98,12 +98,12 @@ impl Ticks {
     }
 
     /// Whether the frame runs more than `tick` ticks.
-    pub fn is_due(&self, clock: ClockId, tick: u32) -> bool {
+    pub(crate) fn is_due(&self, clock: ClockId, tick: u32) -> bool {
         tick < self.clocks[clock.0 as usize].due
     }
 
     /// The number that rotates copies with this selector.
-    pub fn rotation(&self, frame: u64, selector: CopySelector) -> u64 {
+    pub(crate) fn rotation(&self, frame: u64, selector: CopySelector) -> u64 {
         let (clock, ticks) = match selector {
             CopySelector::Frame => return frame,
             CopySelector::Before(clock) => (clock, 0),
@@ -115,7 +115,7 @@ impl Ticks {
 
     /// The value of `clock.NAME.…` for this state of the clock.
     #[expect(clippy::cast_possible_truncation, reason = "shaders get 32-bit floats, and ticks modulo 2³²")]
-    pub fn value(&self, selector: CopySelector, value: ClockValue) -> Value {
+    pub(crate) fn value(&self, selector: CopySelector, value: ClockValue) -> Value {
         let (CopySelector::Before(clock) | CopySelector::Tick(clock, _) | CopySelector::After(clock)) = selector else {
             return Value::U32(0);
         };

@@ -20,7 +20,7 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// Of parsers: 32 MiB, 4 KiB a byte and 4 seconds. The time is a hundred times that of any input.
-    pub const PARSER: Bounds = Bounds { bytes: 32 << 20, bytes_per_byte: 4 << 10, time: Duration::from_secs(4) };
+    pub(crate) const PARSER: Bounds = Bounds { bytes: 32 << 20, bytes_per_byte: 4 << 10, time: Duration::from_secs(4) };
 }
 
 /// Runs something on this thread. Panics when it uses more than is allowed.

@@ -64,7 +64,7 @@ impl Context<'_> {
 }
 
 /// Checks everything that can be checked without a device. `None` when a pass is so broken that there is no graph.
-pub fn check(
+pub(crate) fn check(
     resolved: &Resolved,
     reflected: &Reflected,
     sources: &dyn Catalog,

@@ -21,7 +21,7 @@ const MOST: usize = 4096;
 
 /// A model with the files it came from, the given one first.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub(crate) struct Loaded {
     /// The merged declarations.
     pub model: File,
     /// Their paths.
@@ -29,7 +29,12 @@ pub struct Loaded {
 }
 
 /// Reads the graph file of that path and every file it extends. `None` when one of them cannot be read as TOML.
-pub fn load(path: &str, files: &dyn Files, texts: &mut SourceMap, found: &mut Vec<Diagnostic>) -> Option<Loaded> {
+pub(crate) fn load(
+    path: &str,
+    files: &dyn Files,
+    texts: &mut SourceMap,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Loaded> {
     let mut chain: Vec<File> = Vec::new();
     let mut next = (path.to_owned(), None::<Span>);
     loop {
@@ -198,7 +203,7 @@ fn too_many(file: &File) -> Option<Diagnostic> {
 }
 
 /// A key that a new pass removes was never there.
-pub fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
+pub(crate) fn reject_removals(pass: &Pass, found: &mut Vec<Diagnostic>) {
     let removed = (pass.bind.iter().filter(|bind| bind.remove).map(|bind| ("binding", &bind.name)))
         .chain(blocks(pass).flat_map(|block| &block.members).filter(|m| m.remove).map(|m| ("member", &m.path)));
     found.extend(removed.map(|(what, name)| unknown(what, codes::graph::NOTHING_TO_OVERLAY, name, [].into_iter())));
@@ -240,7 +245,7 @@ fn place(
 }
 
 /// The keys that a target of the base loses under another.
-pub fn settle_target(below: &mut Target, above: &Target) {
+pub(crate) fn settle_target(below: &mut Target, above: &Target) {
     if above.source.is_some() || above.copy.is_some() {
         // A source brings its own format, extent and contents.
         (below.source, below.copy) = (None, None);
@@ -261,7 +266,7 @@ pub fn settle_target(below: &mut Target, above: &Target) {
 }
 
 /// The keys that a buffer of the base loses under another.
-pub fn settle_buffer(below: &mut Buffer, above: &Buffer) {
+pub(crate) fn settle_buffer(below: &mut Buffer, above: &Buffer) {
     if above.source.is_some() || above.copy.is_some() {
         // A source brings its own size and contents.
         (below.clear, below.init, below.history) = (None, None, None);

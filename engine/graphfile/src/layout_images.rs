@@ -17,7 +17,7 @@ const SUFFIXES: [(&str, Option<u32>); 2] = [("_voxels", None), ("_texels", Some(
 
 /// Binds each image `NAME_voxels` and `NAME_texels` that a shader uses and its pass does not bind, where NAME is bound to a source with
 /// an image, or to a copy of one: to the graph's target with that source, or else to a new one.
-pub fn add(graph: &mut Resolved, shaders: &Reflected, sources: &dyn Catalog) {
+pub(crate) fn add(graph: &mut Resolved, shaders: &Reflected, sources: &dyn Catalog) {
     for (pass, shader) in shaders.iter().enumerate() {
         let bindings = shader.iter().flat_map(|shader| &shader.interface.bindings);
         let images = bindings.filter(|binding| {

@@ -7,7 +7,7 @@ use raxel_shader::interface::Scalar;
 use crate::model::{Data, Literal};
 
 /// A description of a literal, for messages: `an integer`, `3 numbers`.
-pub fn describe(literal: &Literal) -> String {
+pub(crate) fn describe(literal: &Literal) -> String {
     match &literal.data {
         Data::Bool(_) => "a boolean".to_owned(),
         Data::Int(value) => format!("the integer {value}"),
@@ -18,7 +18,7 @@ pub fn describe(literal: &Literal) -> String {
 
 /// The value of a literal as type `ty`: a number, a boolean, an array of as many numbers as the vector has, or 4 columns of 4.
 /// Integers stand for floats too; nothing else is converted. `None` when it is none of that type.
-pub fn typed(literal: &Literal, ty: ValueType) -> Option<Value> {
+pub(crate) fn typed(literal: &Literal, ty: ValueType) -> Option<Value> {
     Some(match (ty.scalar, ty.rows, ty.columns) {
         (Scalar::Bool, 1, 1) => match literal.data {
             Data::Bool(value) => Value::Bool(value),
@@ -46,7 +46,7 @@ pub fn typed(literal: &Literal, ty: ValueType) -> Option<Value> {
     clippy::cast_possible_truncation,
     reason = "a graph's floats have 32 bits, and what overflows them is refused below"
 )]
-pub fn float(literal: &Literal) -> Option<f32> {
+pub(crate) fn float(literal: &Literal) -> Option<f32> {
     let value = match literal.data {
         Data::Int(value) => value as f32,
         Data::Float(value) => value as f32,
@@ -56,7 +56,7 @@ pub fn float(literal: &Literal) -> Option<f32> {
 }
 
 /// An integer that the type holds.
-pub fn integer<T: TryFrom<i64>>(literal: &Literal) -> Option<T> {
+pub(crate) fn integer<T: TryFrom<i64>>(literal: &Literal) -> Option<T> {
     match literal.data {
         Data::Int(value) => T::try_from(value).ok(),
         _ => None,

@@ -22,14 +22,14 @@ use crate::schema::{
     pairs_of_names, param_types, reference, value_types,
 };
 
-pub use passes::{Bind, Constant, Dispatch, Every, Filter, Mip, Pass, Rhythm, Wrap};
+pub(crate) use passes::{Bind, Constant, Dispatch, Every, Filter, Mip, Pass, Rhythm, Wrap};
 
 /// A compute render graph: targets, buffers, params, blocks and passes.
 ///
 /// One graph file, or several laid over each other.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer)]
-pub struct File {
+pub(crate) struct File {
     /// Its path; of the outermost file when there are several.
     #[keys(skip)]
     pub path: Arc<str>,
@@ -71,7 +71,7 @@ pub struct File {
 /// A live value.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("param", unknown = codes::graph::UNKNOWN_PARAM))]
-pub struct Param {
+pub(crate) struct Param {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
@@ -109,12 +109,12 @@ pub struct Param {
 
 /// Names of values: at least two, none of them empty.
 #[derive(Clone, Debug)]
-pub struct Choices(pub Vec<Spanned<String>>);
+pub(crate) struct Choices(pub Vec<Spanned<String>>);
 
 /// A rhythm apart from the frames.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("clock", unknown = codes::graph::UNKNOWN_CLOCK))]
-pub struct Clock {
+pub(crate) struct Clock {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
@@ -135,7 +135,7 @@ pub struct Clock {
 /// An image.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("target", unknown = codes::graph::UNKNOWN_RESOURCE), over = settle_target, check = supplied_target(source, copy))]
-pub struct Target {
+pub(crate) struct Target {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
@@ -195,7 +195,7 @@ pub struct Target {
 
 /// `encoding` of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
-pub enum Encoding {
+pub(crate) enum Encoding {
     /// Numbers as they are.
     Linear,
     /// Colours that become linear light.
@@ -204,7 +204,7 @@ pub enum Encoding {
 
 /// `size` of a target.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Size {
+pub(crate) enum Size {
     /// `0.5`, `{ scale = [0.5, 1.0] }`: parts of the output.
     Output([f64; 2]),
     /// `[w, h]` in texels.
@@ -221,11 +221,11 @@ pub enum Size {
 }
 
 /// The value of `of` when a size follows the bounds of the world.
-pub const WORLD: &str = "world";
+pub(crate) const WORLD: &str = "world";
 
 /// A part of another target, of the world, or of the output.
 #[derive(Keys)]
-pub struct RelativeSize {
+pub(crate) struct RelativeSize {
     /// The other target, or `world`: a 3-D image with a texel for each voxel of the world's bounds. The output when left out.
     pub of: Option<Spanned<String>>,
     /// The part, as a multiple; the extent is rounded up. One number for every axis, or two for width and height of the output.
@@ -234,7 +234,7 @@ pub struct RelativeSize {
 }
 
 /// `scale` of a size.
-pub enum Scale {
+pub(crate) enum Scale {
     /// Of every axis.
     All(f64),
     /// Of width and height.
@@ -243,7 +243,7 @@ pub enum Scale {
 
 /// The map with its settings.
 #[derive(Clone, Debug, PartialEq, Keys)]
-pub struct Display {
+pub(crate) struct Display {
     /// The map. When left out: `id` for integers, `gray` for one or two channels, `raw` for normalised formats, `color` for other floats.
     pub map: Option<DisplayMap>,
     /// Values of texels at the two ends of the map.
@@ -257,7 +257,7 @@ pub struct Display {
 /// A storage buffer.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("buffer", unknown = codes::graph::UNKNOWN_RESOURCE), over = settle_buffer, check = supplied_buffer())]
-pub struct Buffer {
+pub(crate) struct Buffer {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
@@ -316,7 +316,7 @@ pub struct Buffer {
 
 /// A count that should be 0.
 #[derive(Clone, Debug, PartialEq, Keys)]
-pub struct Warning {
+pub(crate) struct Warning {
     /// Place of the count, a `uint`, in the buffer: bytes, a multiple of 4.
     #[keys(read = whole_word, range = 0..=LARGEST_BUFFER, default = 0, unit = "bytes")]
     pub offset: u64,
@@ -329,7 +329,7 @@ pub struct Warning {
 
 /// `size` of a buffer.
 #[derive(Clone, Debug, PartialEq)]
-pub enum BufferSize {
+pub(crate) enum BufferSize {
     /// Bytes.
     Bytes(u64),
     /// `{ count = 1024, stride = 16 }`.
@@ -355,7 +355,7 @@ pub enum BufferSize {
 /// Elements.
 #[derive(Keys)]
 #[keys(check = beside_of(of, per, scale))]
-pub struct Elements {
+pub(crate) struct Elements {
     /// Bytes of an element, a multiple of 4. Needed.
     #[keys(read = stride, range = 4..=LARGEST_STRIDE, unit = "bytes")]
     pub stride: u32,
@@ -376,7 +376,7 @@ pub struct Elements {
 /// Passes that are repeated.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("loop", unknown = codes::graph::UNKNOWN_LOOP))]
-pub struct Loop {
+pub(crate) struct Loop {
     /// The key.
     #[keys(entry)]
     pub name: Spanned<String>,
@@ -398,7 +398,7 @@ pub struct Loop {
 
 /// `order` of a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
-pub enum Order {
+pub(crate) enum Order {
     /// From 0.
     Up,
     /// To 0.
@@ -407,14 +407,14 @@ pub enum Order {
 
 /// From mip to mip.
 #[derive(Keys)]
-pub struct MipSteps {
+pub(crate) struct MipSteps {
     /// The target: one round for each step from a mip to the next. Needed in this form.
     pub mips: Spanned<String>,
 }
 
 /// `count` of a loop.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Rounds {
+pub(crate) enum Rounds {
     /// `4`.
     Fixed(u32),
     /// `"param.bounces"`, without `param.`.
@@ -425,7 +425,7 @@ pub enum Rounds {
 
 /// `[blocks.NAME]`: values for every push-constant or uniform block of that name.
 #[derive(Clone, Debug)]
-pub struct SharedBlock {
+pub(crate) struct SharedBlock {
     /// The values.
     pub fills: Fills<Member>,
     /// `remove = true`.
@@ -434,7 +434,7 @@ pub struct SharedBlock {
 
 /// The values of one push-constant or uniform block; `M` is a [`Member`], or its form with resolved names.
 #[derive(Clone, Debug)]
-pub struct Fills<M> {
+pub(crate) struct Fills<M> {
     /// The key of the table: `push`, the GLSL name of the uniform block, or the name in `[blocks.*]`.
     pub name: Spanned<String>,
     /// Members by path.
@@ -444,7 +444,7 @@ pub struct Fills<M> {
 /// A member with its type, checked against the shader.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("member", unknown = codes::graph::NOTHING_TO_OVERLAY, whole))]
-pub struct Member {
+pub(crate) struct Member {
     /// The key; nested members by path, e.g. `sun.direction`.
     #[keys(entry)]
     pub path: Spanned<String>,
@@ -468,7 +468,7 @@ pub struct Member {
 
 /// A value written in the file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Literal {
+pub(crate) struct Literal {
     /// The value.
     pub data: Data,
     /// Where it is written.
@@ -477,7 +477,7 @@ pub struct Literal {
 
 /// The contents of a [`Literal`].
 #[derive(Clone, Debug, PartialEq)]
-pub enum Data {
+pub(crate) enum Data {
     /// `true`, `false`.
     Bool(bool),
     /// An integer.

@@ -1,11 +1,11 @@
 //! Phase 1, parse: the text of one graph file becomes a [`File`](crate::model::File). Reports everything that is wrong with the file alone:
 //! syntax, unknown keys, wrong types, numbers out of range. It does not look up names.
 
-pub mod loops;
+pub(crate) mod loops;
 mod passes;
-pub mod resources;
+pub(crate) mod resources;
 
-pub use passes::{
+pub(crate) use passes::{
     RATES, binds, defines, needs_target, push, rate, shared_blocks, specialization, subgroup_size, uniforms,
 };
 
@@ -16,16 +16,16 @@ use raxel_language::{ByName, Named, ReadKeys, Value};
 use crate::model::{Choices, Data, File, Literal, Pass};
 
 /// Most entries that an array of numbers in a graph file may have.
-pub const LONGEST_ARRAY: usize = 4096;
+pub(crate) const LONGEST_ARRAY: usize = 4096;
 
 /// Most names of a param's values.
-pub const MOST_CHOICES: usize = 64;
+pub(crate) const MOST_CHOICES: usize = 64;
 
 /// Ticks that a clock may catch up in one frame at most: each is a group of passes in the plan.
-pub const MOST_TICKS: u32 = 16;
+pub(crate) const MOST_TICKS: u32 = 16;
 
 /// Reads the text of the graph file of that path. `None` when it is not TOML, or empty.
-pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File> {
+pub(crate) fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File> {
     let reporter = Reporter::new(path);
     let document = table::parse(text, &reporter);
     let empty = document.as_ref().is_some_and(|document| document.get_ref().is_empty());
@@ -48,12 +48,12 @@ pub fn parse(path: &str, text: &str, found: &mut Vec<Diagnostic>) -> Option<File
 }
 
 /// Tables that the author names.
-pub fn by_name<T: Named>(node: &Node<'_, '_>) -> Option<Vec<T>> {
+pub(crate) fn by_name<T: Named>(node: &Node<'_, '_>) -> Option<Vec<T>> {
     ByName::read(node, &(), &()).map(|tables| tables.0)
 }
 
 /// `[[passes]]`, with all mistakes in them.
-pub fn passes(node: &Node<'_, '_>) -> Option<Vec<Pass>> {
+pub(crate) fn passes(node: &Node<'_, '_>) -> Option<Vec<Pass>> {
     Some(node.array()?.iter().filter_map(|node| Pass::read(node, &(), &())).collect())
 }
 
@@ -81,7 +81,7 @@ impl<C: ?Sized> Value<C> for Literal {
 }
 
 /// A value with the place of its node.
-pub fn at<T>(node: &Node<'_, '_>, value: Option<T>) -> Option<Spanned<T>> {
+pub(crate) fn at<T>(node: &Node<'_, '_>, value: Option<T>) -> Option<Spanned<T>> {
     value.map(|value| Spanned::new(value, node.span.clone()))
 }
 

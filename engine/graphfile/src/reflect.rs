@@ -11,12 +11,12 @@ use raxel_shader::{Request, Shader, ShaderProvider};
 use crate::resolve::Resolved;
 
 /// The shader of each pass; `None` where it did not compile or was never named.
-pub type Reflected = Vec<Option<Arc<Shader>>>;
+pub(crate) type Reflected = Vec<Option<Arc<Shader>>>;
 
 type Outcome = Result<(Arc<Shader>, Vec<Diagnostic>), Vec<Diagnostic>>;
 
 /// Compiles the shaders of all passes. Errors of all of them are reported, each once, with the first pass that uses the shader.
-pub fn reflect(
+pub(crate) fn reflect(
     graph: &Resolved,
     source: &dyn ShaderProvider,
     texts: &mut SourceMap,

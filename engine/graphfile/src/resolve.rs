@@ -12,8 +12,8 @@ mod resources;
 mod supplied;
 mod values;
 
-pub use conditions::{FACTS, KnownFact};
-pub use supplied::supplied_image;
+pub(crate) use conditions::{FACTS, KnownFact};
+pub(crate) use supplied::supplied_image;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -33,7 +33,7 @@ use crate::queues::Queue;
 
 /// A graph whose names are resolved.
 #[derive(Clone, Debug)]
-pub struct Resolved {
+pub(crate) struct Resolved {
     /// `name`.
     pub name: String,
     /// `about`.
@@ -60,7 +60,7 @@ pub struct Resolved {
 
 /// Something declared in the file. When it is not `sound`, parts of it are stand-ins for parts with reported mistakes.
 #[derive(Clone, Debug)]
-pub struct Declared<T> {
+pub(crate) struct Declared<T> {
     /// The thing.
     pub item: T,
     /// Whether all of it is meant.
@@ -71,7 +71,7 @@ pub struct Declared<T> {
 
 /// A loop whose names are resolved.
 #[derive(Clone, Debug)]
-pub struct Loop {
+pub(crate) struct Loop {
     /// The loop; a single round where its count is missing or wrong.
     pub item: checked::Loop,
     /// Where its count is written, else where its name is.
@@ -82,7 +82,7 @@ pub struct Loop {
 
 /// A pass whose names are resolved.
 #[derive(Clone, Debug)]
-pub struct Pass {
+pub(crate) struct Pass {
     /// Its name.
     pub name: Spanned<String>,
     /// The compiler's request, at the place of `shader`; `None` when that is missing or wrong.
@@ -117,7 +117,7 @@ pub struct Pass {
 
 /// A GLSL name bound to a resource.
 #[derive(Clone, Debug)]
-pub struct Bind {
+pub(crate) struct Bind {
     /// The GLSL name.
     pub name: Spanned<String>,
     /// The resource and its age, `None` when there is no such resource or age.
@@ -136,7 +136,7 @@ pub struct Bind {
 
 /// The value of a member.
 #[derive(Clone, Debug)]
-pub struct Member {
+pub(crate) struct Member {
     /// Path in the block.
     pub path: Spanned<String>,
     /// The type that the file declares; with a number of elements for an array.
@@ -149,7 +149,7 @@ pub struct Member {
 
 /// Where the value of a member comes from.
 #[derive(Clone, Debug)]
-pub enum Feed {
+pub(crate) enum Feed {
     /// A param, a builtin or an extent, with its type.
     From(checked::ValueOrigin, ValueType),
     /// Written in the file; its type is the member's.
@@ -160,7 +160,7 @@ pub enum Feed {
 type Names = HashMap<String, u32>;
 
 /// Resolves every name of a model. `sources` are the buffer sources that the runtime can supply.
-pub fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic>) -> Resolved {
+pub(crate) fn resolve(loaded: Loaded, sources: &dyn Catalog, found: &mut Vec<Diagnostic>) -> Resolved {
     let Loaded { model, files } = loaded;
     let start = Span::new(model.path.clone(), 0..0);
     // Names first: a resource may be mentioned before it is declared.

@@ -58,7 +58,7 @@ fn definition_of(definition: &str) -> Value {
 }
 
 /// A table of tables that are named by the author.
-pub fn named(definition: &str) -> Shape {
+pub(crate) fn named(definition: &str) -> Shape {
     Shape::Schema(json!({
         "type": "object",
         "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
@@ -72,7 +72,7 @@ fn table(about: &str, properties: &Value) -> Value {
 }
 
 /// A reference to one of the schema's definitions.
-pub fn reference(definition: &str) -> Shape {
+pub(crate) fn reference(definition: &str) -> Shape {
     Shape::Schema(definition_of(definition))
 }
 
@@ -91,45 +91,45 @@ fn counts(about: &str) -> Value {
 }
 
 /// The types of a param: all but a matrix.
-pub fn param_types() -> Shape {
+pub(crate) fn param_types() -> Shape {
     Shape::words(ValueType::words().filter(|word| *word != "mat4"))
 }
 
 /// The types of a member, and arrays of them.
-pub fn member_types() -> Shape {
+pub(crate) fn member_types() -> Shape {
     let words: Vec<&str> = ValueType::words().collect();
     let array = format!("^({})\\[[0-9]+\\]$", words.join("|"));
     either(&[Shape::words(words).schema(), json!({ "type": "string", "pattern": array })])
 }
 
 /// The types of a buffer's value.
-pub fn value_types() -> Shape {
+pub(crate) fn value_types() -> Shape {
     Shape::words(ValueType::words())
 }
 
-pub fn formats() -> Shape {
+pub(crate) fn formats() -> Shape {
     Shape::words(Format::ALL.iter().map(|format| format.name()))
 }
 
-pub fn mip_counts() -> Shape {
+pub(crate) fn mip_counts() -> Shape {
     either(&[u32::shape(&(1..=MOST_MIPS).into()).schema(), json!({ "const": "full" })])
 }
 
-pub fn displays() -> Shape {
+pub(crate) fn displays() -> Shape {
     let map = described("The map.", &DisplayMap::shape(&()));
     either(&[map, Display::form().definition()])
 }
 
 /// An array with something in it.
-pub fn listed_values() -> Shape {
+pub(crate) fn listed_values() -> Shape {
     Shape::array(reference("literal"), 1..=LONGEST_ARRAY)
 }
 
-pub fn listed_warnings() -> Shape {
+pub(crate) fn listed_warnings() -> Shape {
     Shape::Schema(json!({ "type": "array", "items": Warning::form().definition(), "maxItems": MOST_WARNINGS }))
 }
 
-pub fn pairs_of_names() -> Shape {
+pub(crate) fn pairs_of_names() -> Shape {
     Shape::array(Shape::array(Shape::Text, 2..=2), ..)
 }
 
@@ -203,15 +203,15 @@ fn mip() -> Value {
     with(json!(0), described("The mip whose texels are counted, from 0.", &Mip::shape(&())))
 }
 
-pub fn definitions() -> Shape {
+pub(crate) fn definitions() -> Shape {
     Shape::by_name(Shape::Schema(json!({ "type": ["string", "number", "boolean"] })))
 }
 
-pub fn constants() -> Shape {
+pub(crate) fn constants() -> Shape {
     Shape::by_name(either(&[json!({ "type": ["number", "boolean"] }), definition_of("from")]))
 }
 
-pub fn subgroup_sizes() -> Shape {
+pub(crate) fn subgroup_sizes() -> Shape {
     let sizes: Vec<u32> = (0..=LARGEST_SUBGROUP.ilog2()).map(|log2| 1 << log2).collect();
     Shape::Schema(json!({ "enum": sizes }))
 }
@@ -254,14 +254,14 @@ fn from() -> Value {
 }
 
 /// Conditions that ask about the world.
-pub fn facts_of_worlds() -> Shape {
+pub(crate) fn facts_of_worlds() -> Shape {
     let mut words = words_of_facts(|known| known.name.starts_with("world."));
     words.push(Word { name: "always".into(), about: ALWAYS.to_owned() });
     Shape::Words(words)
 }
 
 /// The conditions of `when`.
-pub fn conditions() -> Shape {
+pub(crate) fn conditions() -> Shape {
     either(&[
         Shape::Words(words_of_facts(|_| true)).schema(),
         json!({ "type": "string", "pattern": "^!?param\\.[A-Za-z0-9_-]+$", "description": "A param of type bool." }),

@@ -11,7 +11,7 @@ use crate::model::{Bind, File, Pass};
 use crate::resolve::FACTS;
 
 /// Writes out the passes that bind a buffer with `when`.
-pub fn write_out(model: &mut File, found: &mut Vec<Diagnostic>) {
+pub(crate) fn write_out(model: &mut File, found: &mut Vec<Diagnostic>) {
     let mut conditions: HashMap<String, Condition> = HashMap::new();
     for buffer in &model.buffers {
         let condition = buffer.when.as_ref().and_then(|when| condition(when, found));

@@ -76,7 +76,7 @@ pub(super) struct LiveTable {
 
 impl LiveTable {
     /// An empty one, for the cells of `table` and more.
-    pub fn with_room(table: &Table, log2_cell: u32, log2_size: u32) -> Self {
+    pub(crate) fn with_room(table: &Table, log2_cell: u32, log2_size: u32) -> Self {
         let entries = table.entries.len() + table.entries.len() / 4 + 512;
         let slots = vec![[0, 0, 0, NO_ENTRY]; (2 * entries).next_power_of_two()];
         let changed = (0..slots.len()).collect();
@@ -84,17 +84,17 @@ impl LiveTable {
     }
 
     /// Binary logarithm of the slots.
-    pub fn log2_slots(&self) -> u32 {
+    pub(crate) fn log2_slots(&self) -> u32 {
         self.slots.len().ilog2()
     }
 
     /// Words that it takes.
-    pub fn words(&self) -> usize {
+    pub(crate) fn words(&self) -> usize {
         SLOT_WORDS * self.slots.len()
     }
 
     /// Gives a cell a value, whether it has one or not. `None` when more than half of the slots would be taken.
-    pub fn insert(&mut self, cell: [u32; 3], value: u32) -> Option<()> {
+    pub(crate) fn insert(&mut self, cell: [u32; 3], value: u32) -> Option<()> {
         if self.set(key(cell, self.log2_cell), value)? {
             for cube in self.cubes_around(cell) {
                 let below = self.cubes.entry(cube).or_insert(0);
@@ -109,7 +109,7 @@ impl LiveTable {
     }
 
     /// Takes a cell out, and the larger cubes in which it was the last.
-    pub fn remove(&mut self, cell: [u32; 3]) {
+    pub(crate) fn remove(&mut self, cell: [u32; 3]) {
         if !self.clear(key(cell, self.log2_cell)) {
             return;
         }
@@ -125,7 +125,7 @@ impl LiveTable {
     }
 
     /// The words that were written since the last call, from the first slot on.
-    pub fn take_changes(&mut self) -> Vec<Patch> {
+    pub(crate) fn take_changes(&mut self) -> Vec<Patch> {
         let mut patches: Vec<Patch> = Vec::new();
         for slot in std::mem::take(&mut self.changed) {
             let (at, words) = (SLOT_WORDS * slot, self.slots[slot]);

@@ -22,7 +22,7 @@ pub(super) struct Document {
 
 impl Document {
     /// Whether it is TOML; all else is a shader.
-    pub fn is_toml(&self) -> bool {
+    pub(crate) fn is_toml(&self) -> bool {
         Path::new(&self.path).extension().is_some_and(|extension| extension == "toml")
     }
 }
@@ -37,7 +37,7 @@ pub(super) struct Documents {
 
 impl Documents {
     /// A text was opened or changed. A text outside of all projects is left alone.
-    pub fn set(&mut self, address: &Url, text: String) {
+    pub(crate) fn set(&mut self, address: &Url, text: String) {
         let Ok(file) = address.to_file_path() else { return };
         let text = Arc::new(IndexedText::new(text));
         if let Some(known) = self.open.get_mut(&file) {
@@ -50,7 +50,7 @@ impl Documents {
         }
     }
 
-    pub fn remove(&mut self, address: &Url) {
+    pub(crate) fn remove(&mut self, address: &Url) {
         if let Ok(file) = address.to_file_path() {
             self.open.remove(&file);
         }
@@ -60,18 +60,18 @@ impl Documents {
     }
 
     /// A text and the byte that a position means.
-    pub fn at(&self, address: &Url, position: Position) -> Option<(&Document, usize)> {
+    pub(crate) fn at(&self, address: &Url, position: Position) -> Option<(&Document, usize)> {
         let document = self.open.get(&address.to_file_path().ok()?)?;
         Some((document, offset(&document.text, position)))
     }
 
     /// A text by the address of its file.
-    pub fn get(&self, address: &Url) -> Option<&Document> {
+    pub(crate) fn get(&self, address: &Url) -> Option<&Document> {
         self.open.get(&address.to_file_path().ok()?)
     }
 
     /// The text of a file of the project that a document is in: as it is open, or else as it is saved.
-    pub fn text(&self, document: &Document, path: &str) -> Option<Arc<IndexedText>> {
+    pub(crate) fn text(&self, document: &Document, path: &str) -> Option<Arc<IndexedText>> {
         let file = document.project.on_disk(path);
         match self.open.get(&file) {
             Some(open) => Some(open.text.clone()),
@@ -80,7 +80,7 @@ impl Documents {
     }
 
     /// The text of a file of the shader library.
-    pub fn library_text(&self, name: &str) -> Option<Arc<IndexedText>> {
+    pub(crate) fn library_text(&self, name: &str) -> Option<Arc<IndexedText>> {
         library::text(name).map(|text| self.indexed(PathBuf::from(name), text))
     }
 
@@ -101,7 +101,7 @@ impl Documents {
     }
 
     /// Whether a file is open here and there with the same text, or in neither.
-    pub fn is_current(&self, now: &Self, address: &Url) -> bool {
+    pub(crate) fn is_current(&self, now: &Self, address: &Url) -> bool {
         match (self.get(address), now.get(address)) {
             (Some(then), Some(now)) => Arc::ptr_eq(&then.text, &now.text),
             (then, now) => then.is_none() && now.is_none(),
@@ -109,18 +109,18 @@ impl Documents {
     }
 
     /// Whether a document is open here with the same text.
-    pub fn has(&self, document: &Document) -> bool {
+    pub(crate) fn has(&self, document: &Document) -> bool {
         let known = self.open.get(&document.project.on_disk(&document.path));
         known.is_some_and(|known| Arc::ptr_eq(&known.text, &document.text))
     }
 
     /// Whether every file that is open there is open here.
-    pub fn has_all_of(&self, others: &Self) -> bool {
+    pub(crate) fn has_all_of(&self, others: &Self) -> bool {
         others.open.keys().all(|file| self.open.contains_key(file))
     }
 
     /// The projects that texts are open of, each with those texts in front of its files.
-    pub fn projects(&self) -> Vec<(Project, Vec<&Document>)> {
+    pub(crate) fn projects(&self) -> Vec<(Project, Vec<&Document>)> {
         let mut projects: Vec<(Project, Vec<&Document>)> = Vec::new();
         for document in self.open.values() {
             match projects.iter_mut().find(|(project, _)| *project == document.project) {
@@ -142,12 +142,12 @@ pub(super) struct Overlay {
 }
 
 impl Overlay {
-    pub fn new(project: &Project) -> std::io::Result<Self> {
+    pub(crate) fn new(project: &Project) -> std::io::Result<Self> {
         Ok(Self { disk: DiskFiles::new(project.root())?, texts: Mutex::default() })
     }
 
     /// Takes these texts as they are now, and forgets what was read from disk.
-    pub fn update(&self, documents: &[&Document]) {
+    pub(crate) fn update(&self, documents: &[&Document]) {
         let texts = documents.iter().map(|document| (document.path.clone(), Ok(Arc::from(document.text.as_bytes()))));
         *self.lock() = texts.collect();
     }

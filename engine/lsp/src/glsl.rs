@@ -34,7 +34,7 @@ pub(super) struct Declaration {
 
 impl Declaration {
     /// Whether a graph calls it so: by its instance, or by its type.
-    pub fn is_called(&self, name: &str) -> bool {
+    pub(crate) fn is_called(&self, name: &str) -> bool {
         self.name == name || self.block.as_deref() == Some(name)
     }
 }

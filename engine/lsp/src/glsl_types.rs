@@ -42,7 +42,7 @@ pub(super) struct Numeric {
 
 impl Numeric {
     /// The type of this name.
-    pub fn named(name: &str) -> Option<Self> {
+    pub(crate) fn named(name: &str) -> Option<Self> {
         let known = |is: &dyn Fn(&Component) -> bool| COMPONENTS.iter().position(is);
         if name.is_empty() {
             return None;
@@ -67,7 +67,7 @@ impl Numeric {
     }
 
     /// Its name.
-    pub fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         let Component { name, prefix, .. } = &COMPONENTS[self.component];
         match (self.columns, self.rows) {
             (1, 1) => (*name).to_owned(),
@@ -78,35 +78,35 @@ impl Numeric {
     }
 
     /// Number of components of a vector.
-    pub fn vector_size(self) -> Option<usize> {
+    pub(crate) fn vector_size(self) -> Option<usize> {
         (self.columns == 1 && self.rows > 1).then_some(self.rows)
     }
 
-    pub fn is_matrix(self) -> bool {
+    pub(crate) fn is_matrix(self) -> bool {
         self.columns > 1
     }
 
-    pub fn is_bool(self) -> bool {
+    pub(crate) fn is_bool(self) -> bool {
         self.component == 0
     }
 
     /// Whether its components are `float`, `double` or `float16_t`.
-    pub fn is_float(self) -> bool {
+    pub(crate) fn is_float(self) -> bool {
         matches!(COMPONENTS[self.component].name, "float" | "double" | "float16_t")
     }
 
     /// A type as large with other components.
-    pub fn of(self, component: &str) -> Self {
+    pub(crate) fn of(self, component: &str) -> Self {
         Self { component: Self::number(component).component, ..self }
     }
 
     /// A vector of that many such components, or one of them.
-    pub fn with_rows(self, rows: usize) -> Self {
+    pub(crate) fn with_rows(self, rows: usize) -> Self {
         Self { columns: 1, rows, ..self }
     }
 
     /// What an index leaves: of a matrix a column, of a vector a component.
-    pub fn element(self) -> Option<Self> {
+    pub(crate) fn element(self) -> Option<Self> {
         match (self.columns, self.rows) {
             (1, 1) => None,
             (1, _) => Some(Self { rows: 1, ..self }),
@@ -114,17 +114,17 @@ impl Numeric {
         }
     }
 
-    pub fn transposed(self) -> Self {
+    pub(crate) fn transposed(self) -> Self {
         Self { columns: self.rows, rows: self.columns, ..self }
     }
 
     /// The matrix of a column by a row.
-    pub fn outer_product(self, row: Self) -> Self {
+    pub(crate) fn outer_product(self, row: Self) -> Self {
         Self { component: self.component.max(row.component), columns: row.rows, rows: self.rows }
     }
 
     /// The type of an operator that works on each component, as `+` does: one of both may be a number.
-    pub fn each_with(self, other: Self) -> Option<Self> {
+    pub(crate) fn each_with(self, other: Self) -> Option<Self> {
         let component = self.component.max(other.component);
         let is_number = |ty: Self| ty.columns == 1 && ty.rows == 1;
         let larger = if is_number(self) { other } else { self };
@@ -133,7 +133,7 @@ impl Numeric {
     }
 
     /// The type of a product, which is that of linear algebra where a matrix is among the two (GLSL 4.60, 5.9).
-    pub fn times(self, other: Self) -> Option<Self> {
+    pub(crate) fn times(self, other: Self) -> Option<Self> {
         let component = self.component.max(other.component);
         match (self.columns > 1, other.columns > 1) {
             (true, true) => {

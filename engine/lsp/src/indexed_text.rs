@@ -32,37 +32,37 @@ pub(super) struct NamePlace {
 }
 
 impl IndexedText {
-    pub fn new(text: String) -> Self {
+    pub(crate) fn new(text: String) -> Self {
         Self { text, ..Self::default() }
     }
 
     /// The code of a shader without comments and directives, of the same length.
-    pub fn code(&self) -> &str {
+    pub(crate) fn code(&self) -> &str {
         self.code.get_or_init(|| code_of(&self.text))
     }
 
     /// Every place of a name in a shader, in order. Comments and the names of included files are left out.
-    pub fn places(&self, name: &str) -> &[NamePlace] {
+    pub(crate) fn places(&self, name: &str) -> &[NamePlace] {
         self.names.get_or_init(|| self.read_names()).get(name).map_or(&[], Vec::as_slice)
     }
 
     /// The parameters and locals of a shader.
-    pub fn locals(&self) -> &[Local] {
+    pub(crate) fn locals(&self) -> &[Local] {
         self.locals.get_or_init(|| locals(self.code()))
     }
 
     /// The declarations of a shader outside of its functions.
-    pub fn declarations(&self) -> &[Declaration] {
+    pub(crate) fn declarations(&self) -> &[Declaration] {
         self.declarations.get_or_init(|| declarations(&self.text))
     }
 
     /// The files that a shader includes, as it writes them.
-    pub fn includes(&self) -> &[String] {
+    pub(crate) fn includes(&self) -> &[String] {
         self.includes.get_or_init(|| self.text.lines().filter_map(include).map(str::to_owned).collect())
     }
 
     /// Every key and text of a TOML file.
-    pub fn words(&self) -> &[TomlWord] {
+    pub(crate) fn words(&self) -> &[TomlWord] {
         self.words.get_or_init(|| words(&self.text))
     }
 

@@ -13,6 +13,7 @@ mod expressions;
 mod glsl;
 mod glsl_types;
 mod hints;
+mod hover;
 mod indexed_text;
 mod library_files;
 mod member_access;
@@ -286,7 +287,7 @@ impl Server {
             HoverRequest::METHOD => self.reply(id, params, |server, params: HoverParams| {
                 let at = params.text_document_position_params;
                 let (document, offset) = server.documents.at(&at.text_document.uri, at.position)?;
-                let text = complete::hover(&server.documents, document, offset)?;
+                let text = hover::hover(&server.documents, document, offset)?;
                 Some(json!({ "contents": { "kind": "markdown", "value": text } }))
             }),
             GotoDefinition::METHOD => self.reply(id, params, |server, params: GotoDefinitionParams| {

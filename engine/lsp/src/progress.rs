@@ -22,17 +22,17 @@ pub(super) struct Progress {
 
 impl Progress {
     /// For an editor that greets so.
-    pub fn of(greeting: &Value) -> Self {
+    pub(crate) fn of(greeting: &Value) -> Self {
         let is_shown = greeting["capabilities"]["window"]["workDoneProgress"] == json!(true);
         Self { is_shown, count: 0, is_open: false }
     }
 
     /// When a check that began then is announced. `None`: it is, or nobody would see it.
-    pub fn due(&self, began: Instant) -> Option<Instant> {
+    pub(crate) fn due(&self, began: Instant) -> Option<Instant> {
         (self.is_shown && !self.is_open).then(|| began + LONG)
     }
 
-    pub fn begin(&mut self, editor: &Sender<Message>) -> Result<(), SendError<Message>> {
+    pub(crate) fn begin(&mut self, editor: &Sender<Message>) -> Result<(), SendError<Message>> {
         self.is_open = true;
         self.count += 1;
         let create = Request::new(
@@ -44,7 +44,7 @@ impl Progress {
         self.tell(editor, &json!({ "kind": "begin", "title": "raxel: checking" }))
     }
 
-    pub fn end(&mut self, editor: &Sender<Message>) -> Result<(), SendError<Message>> {
+    pub(crate) fn end(&mut self, editor: &Sender<Message>) -> Result<(), SendError<Message>> {
         if !std::mem::take(&mut self.is_open) {
             return Ok(());
         }

@@ -45,7 +45,7 @@ pub(super) struct Said {
 impl Said {
     /// The messages to an editor after a check of `checked`. They leave out the files that have changed since: the places in them would be wrong,
     /// and the next check is due.
-    pub fn messages(&mut self, mut found: Found, checked: &Documents, now: &Documents) -> Vec<Notification> {
+    pub(crate) fn messages(&mut self, mut found: Found, checked: &Documents, now: &Documents) -> Vec<Notification> {
         // A file that has no diagnostics any more gets an empty list, which clears it.
         for url in self.last.keys() {
             found.entry(url.clone()).or_default();
@@ -60,7 +60,7 @@ impl Said {
 
     /// The messages to an editor after a first look at `checked`. They show new errors at once. They clear a file only if all of its errors are the
     /// compiler's: a look finds no others.
-    pub fn first_messages(&mut self, look: Look, checked: &Documents, now: &Documents) -> Vec<Notification> {
+    pub(crate) fn first_messages(&mut self, look: Look, checked: &Documents, now: &Documents) -> Vec<Notification> {
         let compile = Some(NumberOrString::String(codes::shader::COMPILE.as_str().to_owned()));
         let of_compiler = |last: &Vec<Diagnostic>| last.iter().all(|found| found.code == compile);
         let mut messages = Vec::new();
@@ -114,7 +114,7 @@ impl CheckedProject {
 
 impl Checker {
     /// Checks all open files, and the graphs that run an open shader. The result may leave out files without mistakes.
-    pub fn check(&mut self, documents: &Documents) -> Found {
+    pub(crate) fn check(&mut self, documents: &Documents) -> Found {
         let mut found = Found::new();
         let open = documents.projects();
         self.projects.retain(|root, _| open.iter().any(|(project, _)| project.root() == root));
@@ -130,7 +130,7 @@ impl Checker {
     }
 
     /// Looks at the shaders that were edited since the last check. If anything else has changed, only a check can tell.
-    pub fn first_look(&self, documents: &Documents) -> Look {
+    pub(crate) fn first_look(&self, documents: &Documents) -> Look {
         let mut look = Look { found: Found::new(), is_sure: true };
         if documents.has_all_of(&self.checked) {
             for (project, open) in documents.projects() {

@@ -20,7 +20,7 @@ pub(super) struct Local {
 
 impl Local {
     /// The declaration as a hover shows it.
-    pub fn declaration(&self) -> String {
+    pub(crate) fn declaration(&self) -> String {
         format!("{} {}", self.ty, self.name)
     }
 }

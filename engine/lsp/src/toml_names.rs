@@ -23,7 +23,7 @@ pub(super) enum TomlName {
 
 impl TomlName {
     /// With its article, for messages.
-    pub fn article(self) -> &'static str {
+    pub(crate) fn article(self) -> &'static str {
         match self {
             Self::Resource => "a target or buffer",
             Self::Param => "a param",

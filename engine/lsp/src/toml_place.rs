@@ -15,7 +15,7 @@ pub(super) struct TomlPlace {
 
 impl TomlPlace {
     /// The place of a byte of a text.
-    pub fn of(text: &str, at: usize) -> Self {
+    pub(crate) fn of(text: &str, at: usize) -> Self {
         let before = text.get(..at).unwrap_or(text);
         let start = before.rfind('\n').map_or(0, |end| end + 1);
         let header = text[..start].lines().rev().find_map(header);

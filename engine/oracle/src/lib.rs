@@ -17,18 +17,15 @@
 //!   of x, y, z.
 //! * A NaN, an infinity, or a direction whose largest component is zero or denormal hits nothing.
 //!
-//! [`exact::first_hit`] follows this rule in 128-bit rational arithmetic. [`brute`] checks it with an unrelated method on small worlds,
-//! and [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets. [`light`] follows its rays from surface to
-//! surface: a second opinion on the path tracer that lighting is judged by.
+//! [`exact::first_hit`] follows this rule in 128-bit rational arithmetic. Tests check it with an unrelated method on
+//! small worlds. [`port`] is the GPU tracer of the layout `tree64`, line by line, over the very buffer the GPU gets.
 
 #![cfg_attr(test, allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss))]
 
 pub mod bounce;
-pub mod brute;
 pub mod exact;
 pub mod export;
 pub mod instances;
-pub mod light;
 pub mod metrics;
 mod oracle;
 pub mod period;

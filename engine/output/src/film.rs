@@ -10,7 +10,7 @@ use super::leftovers::{Listed, on_stop};
 use crate::error::{OutputError, Result};
 
 /// Extensions that make `-o` a film.
-pub const EXTENSIONS: &[&str] = &["mp4", "mkv", "mov", "webm", "gif"];
+pub(crate) const EXTENSIONS: &[&str] = &["mp4", "mkv", "mov", "webm", "gif"];
 
 /// A running ffmpeg.
 #[derive(Debug)]

@@ -16,7 +16,7 @@ use super::place::Destination;
 use crate::error::{OutputError, Result};
 
 /// Encoders and a writer at work. Dropped unfinished, a film that is being made is given up; frames that are whole stay.
-pub struct Pipeline {
+pub(crate) struct Pipeline {
     jobs: Option<Sender<Job>>,
     /// One for each frame on its way.
     permits: SyncSender<()>,
@@ -63,7 +63,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// When the system gives no more threads.
-    pub fn start(coding: Coding, place: Destination, workers: usize) -> Result<Self> {
+    pub(crate) fn start(coding: Coding, place: Destination, workers: usize) -> Result<Self> {
         let workers = workers.max(1);
         let (jobs, queue) = channel::<Job>();
         let (done, results) = channel::<Done>();
@@ -92,7 +92,7 @@ impl Pipeline {
     ///
     /// # Errors
     /// Why an earlier frame could not be encoded or written.
-    pub fn push(&mut self, frame: u64, shot: Shot, caption: Option<CaptionText>) -> Result {
+    pub(crate) fn push(&mut self, frame: u64, shot: Shot, caption: Option<CaptionText>) -> Result {
         let job = Job { turn: self.next, frame, shot, caption };
         self.next += 1;
         let taken = self.permits.send(()).is_ok() && self.jobs.as_ref().is_some_and(|jobs| jobs.send(job).is_ok());
@@ -100,14 +100,14 @@ impl Pipeline {
     }
 
     /// Waits until nothing is on its way any more: all frames that were handed over are written, or one of them could not be.
-    pub fn settle(&self) {
+    pub(crate) fn settle(&self) {
         while !self.shared.failed.load(Ordering::Acquire) && self.shared.written.load(Ordering::Acquire) < self.next {
             std::thread::park_timeout(Duration::from_micros(50));
         }
     }
 
     /// Waits until everything is in place.
-    pub fn finish(mut self) -> Result<Busy> {
+    pub(crate) fn finish(mut self) -> Result<Busy> {
         self.shared.complete.store(true, Ordering::Release);
         self.end()?;
         let busy = |nanoseconds: &AtomicU64| Duration::from_nanos(nanoseconds.load(Ordering::Acquire));

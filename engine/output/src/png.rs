@@ -16,7 +16,7 @@ pub enum Compression {
 }
 
 /// The bytes of the PNG file. Equal pictures give equal bytes.
-pub fn encode(picture: &Picture, compression: Compression) -> Result<Vec<u8>, EncodingError> {
+pub(crate) fn encode(picture: &Picture, compression: Compression) -> Result<Vec<u8>, EncodingError> {
     let rgb = super::rgb(picture);
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, picture.width, picture.height);

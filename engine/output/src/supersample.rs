@@ -36,7 +36,7 @@ impl Sum {
     ///
     /// # Errors
     /// A target of integers has no average.
-    pub fn add(&mut self, shot: &Shot) -> Result {
+    pub(crate) fn add(&mut self, shot: &Shot) -> Result {
         self.samples += 1;
         match shot {
             Shot::Picture(picture) => {
@@ -67,7 +67,7 @@ impl Sum {
     }
 
     /// The average, in the form of the last sample; averages of texels are 32-bit floats.
-    pub fn average(self, like: Shot) -> Shot {
+    pub(crate) fn average(self, like: Shot) -> Shot {
         let samples = self.samples.max(1) as f32;
         match like {
             Shot::Picture(picture) => {

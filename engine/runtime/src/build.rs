@@ -18,7 +18,7 @@ use crate::world::SessionWorld;
 
 /// The inputs of a plan, apart from the files.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Selection {
+pub(crate) struct Selection {
     /// Project path of the graph.
     pub graph: String,
     /// Extent of the output in pixels.
@@ -38,7 +38,7 @@ pub struct Selection {
 }
 
 /// The facts that the passes of a graph ask for, and whether they hold on a device.
-pub fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &Capabilities) -> Vec<(Fact, bool)> {
+pub(crate) fn facts(graph: &Graph, world: &SessionWorld, params: &Params, device: &Capabilities) -> Vec<(Fact, bool)> {
     let mut facts: Vec<(Fact, bool)> = Vec::new();
     for condition in graph.passes.iter().flat_map(|pass| &pass.when) {
         if facts.iter().all(|(fact, _)| *fact != condition.fact) {
@@ -73,7 +73,7 @@ fn suits_packets(graph: &Graph, world: &SessionWorld) -> bool {
 }
 
 /// The rounds of the loops that follow a param.
-pub fn counts(graph: &Graph, params: &Params) -> Vec<(ParamId, u32)> {
+pub(crate) fn counts(graph: &Graph, params: &Params) -> Vec<(ParamId, u32)> {
     let mut counts: Vec<(ParamId, u32)> = Vec::new();
     for repeated in &graph.loops {
         if let Rounds::Param(id) = repeated.rounds
@@ -87,7 +87,7 @@ pub fn counts(graph: &Graph, params: &Params) -> Vec<(ParamId, u32)> {
 
 /// The parts of a device that plans for it need.
 #[derive(Clone)]
-pub struct DeviceContext {
+pub(crate) struct DeviceContext {
     /// Makes a plan's objects.
     pub builder: execute::Builder,
     /// Asks the device about memory.
@@ -100,12 +100,12 @@ pub struct DeviceContext {
 
 impl DeviceContext {
     /// For the device of an executor, on which there is nothing yet. Streamed worlds are complete before each frame.
-    pub fn of(executor: &Executor) -> Self {
+    pub(crate) fn of(executor: &Executor) -> Self {
         Self::with_worlds(executor, false)
     }
 
     /// The same; `live` worlds are loaded while frames run.
-    pub fn with_worlds(executor: &Executor, live: bool) -> Self {
+    pub(crate) fn with_worlds(executor: &Executor, live: bool) -> Self {
         let device = executor.device();
         Self {
             builder: executor.builder(),
@@ -117,7 +117,7 @@ impl DeviceContext {
 }
 
 /// A plan with the sources it needs.
-pub struct Assembly {
+pub(crate) struct Assembly {
     /// The plan.
     pub plan: Arc<Plan>,
     /// The sources.
@@ -127,7 +127,7 @@ pub struct Assembly {
 }
 
 /// Plans a graph, encodes and uploads the layouts that its live passes bind, and has the driver compile them meanwhile.
-pub fn assemble(
+pub(crate) fn assemble(
     graph: &Arc<Graph>,
     world: &SessionWorld,
     selection: &Selection,
@@ -152,7 +152,11 @@ pub fn assemble(
 }
 
 /// A plan's sources, made if they are not there yet.
-pub fn sources(plan: &Plan, world: &SessionWorld, context: &DeviceContext) -> Result<execute::Sources, BuildError> {
+pub(crate) fn sources(
+    plan: &Plan,
+    world: &SessionWorld,
+    context: &DeviceContext,
+) -> Result<execute::Sources, BuildError> {
     let mut sources = execute::Sources::default();
     let mut found = Vec::new();
     for resource in &plan.resources {
@@ -199,7 +203,7 @@ fn make_plan(
 }
 
 /// Creates a plan's objects, next to the running ones.
-pub fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::Prepared, BuildError> {
+pub(crate) fn prepare(assembly: &Assembly, context: &DeviceContext) -> Result<execute::Prepared, BuildError> {
     let _span = tracing::debug_span!("prepare").entered();
     let Assembly { plan, sources, pipelined: _held } = assembly;
     context.builder.prepare(plan.clone(), sources).map_err(|error| refusal(error, &plan.graph))

@@ -8,7 +8,7 @@ use raxel_diagnostics::{FileError, Files};
 
 /// Contents of a file, as far as they matter here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
+pub(crate) enum Content {
     /// No file, or none that can be read.
     Missing,
     /// A file without bytes.
@@ -21,7 +21,7 @@ pub enum Content {
 
 impl Content {
     /// Of these bytes.
-    pub fn of(bytes: &[u8]) -> Self {
+    pub(crate) fn of(bytes: &[u8]) -> Self {
         if bytes.is_empty() { Content::Empty } else { Content::Bytes(blake3::hash(bytes)) }
     }
 
@@ -34,7 +34,7 @@ impl Content {
 }
 
 /// Adds the contents of a file. A file whose contents differ from an earlier read is mixed.
-pub fn note(found: &mut BTreeMap<String, Content>, path: String, content: Content) {
+pub(crate) fn note(found: &mut BTreeMap<String, Content>, path: String, content: Content) {
     found.entry(path).or_insert(content).meets(content);
 }
 
@@ -49,7 +49,7 @@ struct Seen {
 }
 
 /// Reads through, and keeps account. A build reads a small file once: all its shaders see the same contents.
-pub struct RecordingFiles {
+pub(crate) struct RecordingFiles {
     files: Arc<dyn Files>,
     /// Of the build that goes on.
     seen: Mutex<Option<BTreeMap<String, Seen>>>,
@@ -57,17 +57,17 @@ pub struct RecordingFiles {
 
 impl RecordingFiles {
     /// Reads `files`.
-    pub fn new(files: Arc<dyn Files>) -> Self {
+    pub(crate) fn new(files: Arc<dyn Files>) -> Self {
         Self { files, seen: Mutex::default() }
     }
 
     /// A build begins.
-    pub fn begin(&self) {
+    pub(crate) fn begin(&self) {
         *self.seen() = Some(BTreeMap::new());
     }
 
     /// The build ends: everything that it asked for, files that are missing included.
-    pub fn end(&self) -> BTreeMap<String, Content> {
+    pub(crate) fn end(&self) -> BTreeMap<String, Content> {
         let seen = self.seen().take().unwrap_or_default();
         seen.into_iter().map(|(path, seen)| (path, seen.content)).collect()
     }
@@ -99,7 +99,7 @@ impl Files for RecordingFiles {
 }
 
 /// The result of a read, as far as a later change of it matters.
-pub fn content(result: &Result<Arc<[u8]>, FileError>) -> Content {
+pub(crate) fn content(result: &Result<Arc<[u8]>, FileError>) -> Content {
     match result {
         Ok(bytes) => Content::of(bytes),
         Err(_) => Content::Missing,

@@ -42,16 +42,16 @@ pub(crate) struct Token<'t> {
 }
 
 impl Token<'_> {
-    pub fn range(&self) -> Range<usize> {
+    pub(crate) fn range(&self) -> Range<usize> {
         self.at..self.at + self.text.len()
     }
 
     /// Whether it is an identifier or a number.
-    pub fn is_word(&self) -> bool {
+    pub(crate) fn is_word(&self) -> bool {
         self.text.starts_with(is_word) || (self.text.len() > 1 && self.text.starts_with('.'))
     }
 
-    pub fn is_identifier(&self) -> bool {
+    pub(crate) fn is_identifier(&self) -> bool {
         self.text.starts_with(|c: char| c == '_' || c.is_alphabetic())
     }
 }

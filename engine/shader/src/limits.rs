@@ -31,7 +31,7 @@ pub(crate) struct TextLimits {
 
 impl TextLimits {
     /// Looks at one more text, by its tokens, in the order of inclusion. On failure, returns the place and the exceeded limit.
-    pub fn check(&mut self, text: &str, tokens: &[Token<'_>]) -> Result<(), (Range<usize>, String)> {
+    pub(crate) fn check(&mut self, text: &str, tokens: &[Token<'_>]) -> Result<(), (Range<usize>, String)> {
         let lines: Vec<&[Token<'_>]> = lines(text, tokens).collect();
         for line in &lines {
             if let Some((name, body)) = definition(line) {

@@ -81,17 +81,17 @@ pub(crate) struct Keeper<'c> {
 }
 
 impl<'c> Keeper<'c> {
-    pub fn new(cache: &'c Cache, checked: bool) -> Self {
+    pub(crate) fn new(cache: &'c Cache, checked: bool) -> Self {
         Self { cache, checked, includes: Vec::new() }
     }
 
     /// An include was asked for, and answered.
-    pub fn asked(&mut self, include: Include, answer: &Included) {
+    pub(crate) fn asked(&mut self, include: Include, answer: &Included) {
         self.includes.push((include, answer.clone()));
     }
 
     /// The front end is done.
-    pub fn keep(self, job: &Job, words: &[u32], warnings: &str) {
+    pub(crate) fn keep(self, job: &Job, words: &[u32], warnings: &str) {
         let texts = self.includes.iter().filter_map(|(_, answer)| Some(&*answer.as_ref()?.1)).chain([&*job.text]);
         let defines = job.request.defines.iter().map(|(_, value)| &**value);
         let has_lines = self.checked || !warnings.is_empty() || raxel_spirv::prints(words);

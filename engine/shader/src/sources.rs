@@ -58,7 +58,7 @@ pub(crate) struct Sources<'f> {
 }
 
 impl<'f> Sources<'f> {
-    pub fn new(files: &'f dyn Files) -> Self {
+    pub(crate) fn new(files: &'f dyn Files) -> Self {
         Self {
             files,
             found: Vec::new(),
@@ -74,12 +74,12 @@ impl<'f> Sources<'f> {
     }
 
     /// Gives the compiler outlines of all texts but these.
-    pub fn with_outlines(files: &'f dyn Files, whole: &'f BTreeSet<String>) -> Self {
+    pub(crate) fn with_outlines(files: &'f dyn Files, whole: &'f BTreeSet<String>) -> Self {
         Self { whole: Some(whole), ..Self::new(files) }
     }
 
     /// Reads the shader itself.
-    pub fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
+    pub(crate) fn root(&mut self, path: &str) -> Result<Arc<str>, Box<Diagnostic>> {
         let text = self.read(path, None)?.ok_or_else(|| Box::new(files::not_found(self.files, path, None, SHADERS)))?;
         self.count(path, &text, &Span::new(path, 0..0))?;
         self.stack = vec![path.to_owned()];
@@ -88,7 +88,7 @@ impl<'f> Sources<'f> {
     }
 
     /// Answers an `#include`: the name and the text to put there. On `None` the reason is in `diagnostics`.
-    pub fn include(&mut self, include: &Include) -> Included {
+    pub(crate) fn include(&mut self, include: &Include) -> Included {
         let Include { requested, form, includer, depth } = include;
         let (form, depth) = (*form, *depth);
         let question = (includer.clone(), requested.clone());
@@ -300,7 +300,7 @@ impl<'f> Sources<'f> {
     ///
     /// A file of a layout is included once for each world that has it, and the compiler does not say which time it means: then
     /// every way to it is given.
-    pub fn with_chain(&self, diagnostic: Diagnostic, name: &str) -> Diagnostic {
+    pub(crate) fn with_chain(&self, diagnostic: Diagnostic, name: &str) -> Diagnostic {
         let mut notes = Vec::new();
         let mut left: Vec<&Span> = self.included_at(name).rev().collect();
         while let Some(span) = left.pop()
@@ -317,7 +317,7 @@ impl<'f> Sources<'f> {
     }
 
     /// The text that is included on a line of a file.
-    pub fn included_on_line(&self, file: &str, line: usize) -> Option<&Source> {
+    pub(crate) fn included_on_line(&self, file: &str, line: usize) -> Option<&Source> {
         let text = self.text(file)?;
         let is_it = |span: &Span| *span.file == *file && lexer::line_of(text, span.range.start) == line;
         self.found.iter().find(|source| source.included_at.iter().any(is_it))
@@ -329,7 +329,7 @@ impl<'f> Sources<'f> {
 
     /// The place where the shader includes the world of this binding by `raxel/world/BINDING.glsl`, whose text names the declarations of a
     /// layout.
-    pub fn world_include(&self, binding: &str) -> Option<&Span> {
+    pub(crate) fn world_include(&self, binding: &str) -> Option<&Span> {
         let of = |name: &str| {
             let name = name.strip_prefix(INCLUDE).map_or(name, |rest| rest.trim_start_matches('/'));
             library::world_binding(name.trim_start_matches('<').trim_end_matches('>')).map(str::to_owned)
@@ -342,11 +342,11 @@ impl<'f> Sources<'f> {
         source.included_at.first()
     }
 
-    pub fn source(&self, name: &str) -> Option<&Source> {
+    pub(crate) fn source(&self, name: &str) -> Option<&Source> {
         self.found.iter().find(|source| source.name == name)
     }
 
-    pub fn text(&self, name: &str) -> Option<&Arc<str>> {
+    pub(crate) fn text(&self, name: &str) -> Option<&Arc<str>> {
         self.source(name).map(|source| &source.text)
     }
 

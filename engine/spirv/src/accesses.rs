@@ -99,7 +99,7 @@ pub(crate) struct Accesses<'w> {
 }
 
 impl<'w> Accesses<'w> {
-    pub fn new(instructions: &[Instruction<'w>]) -> Self {
+    pub(crate) fn new(instructions: &[Instruction<'w>]) -> Self {
         let mut accesses = Self {
             types: HashMap::new(),
             values: HashMap::new(),
@@ -171,7 +171,7 @@ impl<'w> Accesses<'w> {
     }
 
     /// Writes the checks that an instruction of a function needs in front of it.
-    pub fn check(
+    pub(crate) fn check(
         &mut self,
         instruction: &Instruction<'w>,
         line: Option<&(String, u32)>,

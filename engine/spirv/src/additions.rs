@@ -24,7 +24,7 @@ pub(crate) struct Additions {
 }
 
 impl Additions {
-    pub fn new(next_id: u32, declarations: &[Instruction<'_>]) -> Self {
+    pub(crate) fn new(next_id: u32, declarations: &[Instruction<'_>]) -> Self {
         let types = Op::TypeVoid as u32..=Op::TypeForwardPointer as u32;
         let mut known = HashMap::new();
         for instruction in declarations {
@@ -42,13 +42,13 @@ impl Additions {
         Self { next_id, capabilities, imports, decorations, words, interface, known }
     }
 
-    pub fn id(&mut self) -> u32 {
+    pub(crate) fn id(&mut self) -> u32 {
         self.next_id += 1;
         self.next_id - 1
     }
 
     /// A type of these parts that has no decorations.
-    pub fn ty(&mut self, op: Op, parts: &[u32]) -> u32 {
+    pub(crate) fn ty(&mut self, op: Op, parts: &[u32]) -> u32 {
         let key = (op as u32, parts.to_vec());
         if let Some(known) = self.known.get(&key) {
             return *known;
@@ -60,7 +60,7 @@ impl Additions {
     }
 
     /// A constant of a type of 32 bits.
-    pub fn constant(&mut self, ty: u32, value: u32) -> u32 {
+    pub(crate) fn constant(&mut self, ty: u32, value: u32) -> u32 {
         let key = (Op::Constant as u32, vec![ty, value]);
         if let Some(known) = self.known.get(&key) {
             return *known;
@@ -75,7 +75,7 @@ impl Additions {
     ///
     /// # Errors
     /// When no ids are left, or an entry point has no room for the variables that it has to list.
-    pub fn assemble(
+    pub(crate) fn assemble(
         &self,
         words: &[u32],
         declarations: &[Instruction<'_>],

@@ -13,13 +13,13 @@ pub(crate) struct Instruction<'w> {
 }
 
 impl Instruction<'_> {
-    pub fn is(&self, op: Op) -> bool {
+    pub(crate) fn is(&self, op: Op) -> bool {
         self.opcode == op as u32
     }
 
     /// Appends it to the words of a module.
     #[expect(clippy::cast_possible_truncation, reason = "instructions of a module have at most 2¹⁶ words")]
-    pub fn write(&self, words: &mut Vec<u32>) {
+    pub(crate) fn write(&self, words: &mut Vec<u32>) {
         words.push(((self.operands.len() as u32 + 1) << 16) | self.opcode);
         words.extend_from_slice(self.operands);
     }

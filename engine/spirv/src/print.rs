@@ -151,18 +151,18 @@ pub(crate) struct Calls {
 }
 
 impl Calls {
-    pub fn new(declarations: &[Instruction<'_>], strings: HashMap<u32, String>) -> Self {
+    pub(crate) fn new(declarations: &[Instruction<'_>], strings: HashMap<u32, String>) -> Self {
         Self { shapes: Shapes::of(declarations), strings, found: Vec::new() }
     }
 
     /// Remembers the type of a result.
-    pub fn value(&mut self, instruction: &Instruction<'_>) {
+    pub(crate) fn value(&mut self, instruction: &Instruction<'_>) {
         self.shapes.value(instruction);
     }
 
     /// Writes the call of a function that records in the place of one that prints.
     #[expect(clippy::cast_possible_truncation, reason = "a call has at most `MAX_WORDS` words")]
-    pub fn replace(
+    pub(crate) fn replace(
         &mut self,
         (void, result): (u32, u32),
         text: u32,

@@ -142,7 +142,7 @@ pub(crate) struct Writer {
 }
 
 impl Writer {
-    pub fn new(words: &[u32], declarations: &[Instruction<'_>], binding: u32) -> Result<Self, PrintError> {
+    pub(crate) fn new(words: &[u32], declarations: &[Instruction<'_>], binding: u32) -> Result<Self, PrintError> {
         let mut additions = Additions::new(words[3], declarations);
         let void = additions.ty(Op::TypeVoid, &[]);
         let bool = additions.ty(Op::TypeBool, &[]);
@@ -202,29 +202,29 @@ impl Writer {
         })
     }
 
-    pub fn constant(&mut self, value: u32) -> u32 {
+    pub(crate) fn constant(&mut self, value: u32) -> u32 {
         self.additions.constant(self.uint, value)
     }
 
     /// The first word of a new part: of a call that keeps `records` records, each with `words` words of values.
-    pub fn part(&mut self, records: u32, words: u32) -> u32 {
+    pub(crate) fn part(&mut self, records: u32, words: u32) -> u32 {
         let first = self.end;
         self.end += 1 + records * (RECORD_HEAD + words);
         first
     }
 
     /// The word at which the words of a texel begin that the caller puts into the buffer.
-    pub fn words_of_texel(&self) -> u32 {
+    pub(crate) fn words_of_texel(&self) -> u32 {
         self.end
     }
 
     /// Parts begin at this word from here on.
-    pub fn reserve(&mut self, end: u32) {
+    pub(crate) fn reserve(&mut self, end: u32) {
         self.end = end;
     }
 
     /// A variable of an invocation: a `uint`.
-    pub fn private(&mut self) -> u32 {
+    pub(crate) fn private(&mut self) -> u32 {
         let class = StorageClass::Private as u32;
         let pointer = self.additions.ty(Op::TypePointer, &[class, self.uint]);
         let variable = self.additions.id();
@@ -236,7 +236,7 @@ impl Writer {
     }
 
     /// The module will ask images for their extents.
-    pub fn needs_queries(&mut self) {
+    pub(crate) fn needs_queries(&mut self) {
         self.queries = true;
     }
 
@@ -261,7 +261,14 @@ impl Writer {
     }
 
     /// Takes a value apart into words.
-    pub fn words(&mut self, value: u32, ty: PrintedType, part: u32, words: &mut Vec<u32>, function: &mut Vec<u32>) {
+    pub(crate) fn words(
+        &mut self,
+        value: u32,
+        ty: PrintedType,
+        part: u32,
+        words: &mut Vec<u32>,
+        function: &mut Vec<u32>,
+    ) {
         for component in 0..ty.components {
             let scalar = if ty.components == 1 {
                 value
@@ -288,7 +295,7 @@ impl Writer {
     /// The function that records `count` words, and keeps `records` records. Its first parameter is the word at which the part of the call
     /// begins.
     #[expect(clippy::cast_possible_truncation, reason = "a call has at most `MAX_WORDS` words")]
-    pub fn recorder(&mut self, count: usize, records: u32) -> u32 {
+    pub(crate) fn recorder(&mut self, count: usize, records: u32) -> u32 {
         if let Some(known) = self.recorders.get(&(count, records)) {
             return *known;
         }

@@ -6,14 +6,19 @@
 //! So another texel needs no other module. A function that gets an image as an argument learns its word from a variable of the invocation,
 //! which each caller sets: GLSL has no recursion.
 
+mod kind;
+mod watcher;
+
 use std::collections::HashMap;
 
-use spirv::{Decoration, Dim, FunctionControl, Op, SelectionControl, StorageClass};
+use spirv::{Decoration, Dim, Op, StorageClass};
 
 use crate::additions::write;
 use crate::instruction::Instruction;
 use crate::print::{PrintError, PrintedScalar, PrintedType, RECORDS, unsupported};
 use crate::record::Writer;
+
+pub use kind::WriteKind;
 
 /// Words of a record's values: the number of the write in the module, and four of what it writes.
 const VALUES: u32 = 5;
@@ -64,85 +69,6 @@ pub struct WriteSite {
     pub value: PrintedType,
     /// The file as the module names it, and the line, counted from 1. `None` in a module without line numbers.
     pub line: Option<(String, u32)>,
-}
-
-/// The ways to write a texel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "each variant but `Store` is the atomic instruction of its name")]
-pub enum WriteKind {
-    /// No atomic operation: all of the texel.
-    Store,
-    AtomicStore,
-    Exchange,
-    CompareExchange,
-    Increment,
-    Decrement,
-    Add,
-    Subtract,
-    SignedMin,
-    UnsignedMin,
-    SignedMax,
-    UnsignedMax,
-    And,
-    Or,
-    Xor,
-    FloatMin,
-    FloatMax,
-    FloatAdd,
-}
-
-impl WriteKind {
-    /// The kind of an instruction that is atomic and may write.
-    fn of(op: Op) -> Option<Self> {
-        Some(match op {
-            Op::AtomicStore => Self::AtomicStore,
-            Op::AtomicExchange => Self::Exchange,
-            Op::AtomicCompareExchange => Self::CompareExchange,
-            Op::AtomicIIncrement => Self::Increment,
-            Op::AtomicIDecrement => Self::Decrement,
-            Op::AtomicIAdd => Self::Add,
-            Op::AtomicISub => Self::Subtract,
-            Op::AtomicSMin => Self::SignedMin,
-            Op::AtomicUMin => Self::UnsignedMin,
-            Op::AtomicSMax => Self::SignedMax,
-            Op::AtomicUMax => Self::UnsignedMax,
-            Op::AtomicAnd => Self::And,
-            Op::AtomicOr => Self::Or,
-            Op::AtomicXor => Self::Xor,
-            Op::AtomicFMinEXT => Self::FloatMin,
-            Op::AtomicFMaxEXT => Self::FloatMax,
-            Op::AtomicFAddEXT => Self::FloatAdd,
-            _ => return None,
-        })
-    }
-
-    /// The words that were written, of the words of a record's value; `None` if nothing was. Of an atomic operation they are the texel before
-    /// it, the operand, and of a comparison the value that it expects.
-    pub fn written(self, words: [u32; 4]) -> Option<[u32; 4]> {
-        let [old, operand, expected, _] = words;
-        let (signed_old, signed) = (old.cast_signed(), operand.cast_signed());
-        let (float_old, float) = (f32::from_bits(old), f32::from_bits(operand));
-        let new = match self {
-            Self::Store => return Some(words),
-            Self::CompareExchange => return (old == expected).then_some([operand, 0, 0, 0]),
-            Self::AtomicStore | Self::Exchange => operand,
-            Self::Increment => old.wrapping_add(1),
-            Self::Decrement => old.wrapping_sub(1),
-            Self::Add => old.wrapping_add(operand),
-            Self::Subtract => old.wrapping_sub(operand),
-            Self::SignedMin => signed_old.min(signed).cast_unsigned(),
-            Self::UnsignedMin => old.min(operand),
-            Self::SignedMax => signed_old.max(signed).cast_unsigned(),
-            Self::UnsignedMax => old.max(operand),
-            Self::And => old & operand,
-            Self::Or => old | operand,
-            Self::Xor => old ^ operand,
-            Self::FloatMin => float_old.min(float).to_bits(),
-            Self::FloatMax => float_old.max(float).to_bits(),
-            Self::FloatAdd => (float_old + float).to_bits(),
-        };
-        Some([new, 0, 0, 0])
-    }
 }
 
 /// The types that matter here.
@@ -206,7 +132,7 @@ pub(crate) struct Writes {
 
 impl Writes {
     /// `None` of a module that writes no storage image.
-    pub fn new(instructions: &[Instruction<'_>], writer: &mut Writer) -> Option<Self> {
+    pub(crate) fn new(instructions: &[Instruction<'_>], writer: &mut Writer) -> Option<Self> {
         let writes = |of: &Instruction<'_>| of.is(Op::ImageWrite) || of.is(Op::ImageTexelPointer);
         if !instructions.iter().any(writes) {
             return None;
@@ -313,12 +239,12 @@ impl Writes {
     }
 
     /// The writes that were found, if there are any.
-    pub fn found(self) -> Option<TexelWrites> {
+    pub(crate) fn found(self) -> Option<TexelWrites> {
         (!self.found.sites.is_empty()).then_some(self.found)
     }
 
     /// Takes note of an instruction of a function, and writes what has to stand in front of it.
-    pub fn before(&mut self, instruction: &Instruction<'_>, writer: &mut Writer, function: &mut Vec<u32>) {
+    pub(crate) fn before(&mut self, instruction: &Instruction<'_>, writer: &mut Writer, function: &mut Vec<u32>) {
         // In a function a type only ever comes first as the type of a result.
         if let [ty, id, ..] = instruction.operands
             && self.types.contains_key(ty)
@@ -363,7 +289,7 @@ impl Writes {
     }
 
     /// Writes the record of an instruction of a function that writes a texel, behind it.
-    pub fn after(
+    pub(crate) fn after(
         &mut self,
         instruction: &Instruction<'_>,
         line: Option<&(String, u32)>,
@@ -491,61 +417,6 @@ impl Writes {
         *self.arguments.entry(argument).or_insert_with(|| writer.private())
     }
 
-    /// The function that compares a write with the texel, and records it: word of the image, x, y, layer, number of the write, value.
-    fn watcher(&mut self, writer: &mut Writer) -> u32 {
-        if let Some(known) = self.watcher {
-            return known;
-        }
-        let (void, bool, uint, word) = (writer.void, writer.bool, writer.uint, writer.word);
-        let recorder = writer.recorder(VALUES as usize, RECORDS);
-        let [zero, one, first] = [0, 1, self.found.first_word].map(|value| writer.constant(value));
-        let texel = [0, 1].map(|axis| writer.constant(self.found.texel_word + axis));
-        let parameters = vec![uint; 4 + VALUES as usize];
-        let ty = writer.additions.ty(Op::TypeFunction, &[&[void], parameters.as_slice()].concat());
-        let buffer = writer.buffer;
-        let mut body = Vec::new();
-        let mut op = |op: Op, operands: &[u32]| write(op, operands, &mut body);
-        let additions = &mut writer.additions;
-        let [function, start, then, end, recorded] = [(); 5].map(|()| additions.id());
-        let parameters: Vec<u32> = parameters.iter().map(|_| additions.id()).collect();
-        op(Op::Function, &[void, function, FunctionControl::NONE.bits(), ty]);
-        for parameter in &parameters {
-            op(Op::FunctionParameter, &[uint, *parameter]);
-        }
-        op(Op::Label, &[start]);
-        let [image, x, y, layer] = parameters[..4] else { unreachable!("there are at least four parameters") };
-        let mut load = |at: u32, op: &mut dyn FnMut(Op, &[u32])| {
-            let [place, loaded] = [(); 2].map(|()| additions.id());
-            op(Op::AccessChain, &[word, place, buffer, zero, at]);
-            op(Op::Load, &[uint, loaded, place]);
-            loaded
-        };
-        let watched = [image, texel[0], texel[1]].map(|at| load(at, &mut op));
-        let [is_watched, next, is_layer, is_x, is_y] = [(); 5].map(|()| additions.id());
-        op(Op::INotEqual, &[bool, is_watched, watched[0], zero]);
-        op(Op::IAdd, &[uint, next, layer, one]);
-        op(Op::IEqual, &[bool, is_layer, watched[0], next]);
-        op(Op::IEqual, &[bool, is_x, watched[1], x]);
-        op(Op::IEqual, &[bool, is_y, watched[2], y]);
-        let mut same = is_watched;
-        for other in [is_layer, is_x, is_y] {
-            let both = additions.id();
-            op(Op::LogicalAnd, &[bool, both, same, other]);
-            same = both;
-        }
-        op(Op::SelectionMerge, &[end, SelectionControl::NONE.bits()]);
-        op(Op::BranchConditional, &[same, then, end]);
-        op(Op::Label, &[then]);
-        op(Op::FunctionCall, &[&[void, recorded, recorder, first], &parameters[4..]].concat());
-        op(Op::Branch, &[end]);
-        op(Op::Label, &[end]);
-        op(Op::Return, &[]);
-        op(Op::FunctionEnd, &[]);
-        writer.functions.extend_from_slice(&body);
-        self.watcher = Some(function);
-        function
-    }
-
     /// A value's shape, and the type of its components; `None` if they have not 32 bits.
     fn shape(&self, value: u32) -> Option<(PrintedType, u32)> {
         let ty = *self.values.get(&value)?;
@@ -577,39 +448,6 @@ impl Writes {
         match self.type_of(pointer)? {
             Type::Pointer(to) => self.types.get(&to).copied(),
             _ => None,
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_value_that_an_atomic_operation_leaves_is_computed() {
-        let float = f32::to_bits;
-        for (kind, words, left) in [
-            (WriteKind::Store, [1, 2, 3, 4], Some([1, 2, 3, 4])),
-            (WriteKind::AtomicStore, [0, 7, 0, 0], Some([7, 0, 0, 0])),
-            (WriteKind::Exchange, [5, 7, 0, 0], Some([7, 0, 0, 0])),
-            (WriteKind::CompareExchange, [5, 7, 5, 0], Some([7, 0, 0, 0])),
-            (WriteKind::CompareExchange, [5, 7, 6, 0], None),
-            (WriteKind::Increment, [u32::MAX, 0, 0, 0], Some([0, 0, 0, 0])),
-            (WriteKind::Decrement, [0, 0, 0, 0], Some([u32::MAX, 0, 0, 0])),
-            (WriteKind::Add, [u32::MAX, 2, 0, 0], Some([1, 0, 0, 0])),
-            (WriteKind::Subtract, [1, 2, 0, 0], Some([u32::MAX, 0, 0, 0])),
-            (WriteKind::SignedMin, [u32::MAX, 1, 0, 0], Some([u32::MAX, 0, 0, 0])),
-            (WriteKind::UnsignedMin, [u32::MAX, 1, 0, 0], Some([1, 0, 0, 0])),
-            (WriteKind::SignedMax, [u32::MAX, 1, 0, 0], Some([1, 0, 0, 0])),
-            (WriteKind::UnsignedMax, [u32::MAX, 1, 0, 0], Some([u32::MAX, 0, 0, 0])),
-            (WriteKind::And, [6, 3, 0, 0], Some([2, 0, 0, 0])),
-            (WriteKind::Or, [6, 3, 0, 0], Some([7, 0, 0, 0])),
-            (WriteKind::Xor, [6, 3, 0, 0], Some([5, 0, 0, 0])),
-            (WriteKind::FloatMin, [float(2.0), float(-1.0), 0, 0], Some([float(-1.0), 0, 0, 0])),
-            (WriteKind::FloatMax, [float(2.0), float(-1.0), 0, 0], Some([float(2.0), 0, 0, 0])),
-            (WriteKind::FloatAdd, [float(2.0), float(-1.0), 0, 0], Some([float(1.0), 0, 0, 0])),
-        ] {
-            assert_eq!(kind.written(words), left, "{kind:?}");
         }
     }
 }

@@ -16,7 +16,6 @@ mod on_device;
 mod pool;
 mod publication;
 mod reach;
-mod reachable_set;
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -24,7 +23,6 @@ mod reachable_set;
 )]
 mod streamer;
 mod tile_directory;
-mod union;
 mod upload_budget;
 mod view;
 
@@ -33,7 +31,5 @@ pub use on_device::{Eye, Refused, SeenChanges, ThreadTime, WorldStream, streamin
 pub use pool::{PoolMemory, PoolStats};
 pub use publication::{Missing, Publication, Stats};
 pub use reach::{StreamingRange, TileKey};
-pub use reachable_set::ReachableSet;
 pub use streamer::{Estimate, StreamError, StreamOptions, Streamer};
-pub use union::union;
 pub use view::View;

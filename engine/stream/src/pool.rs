@@ -106,7 +106,7 @@ impl std::fmt::Debug for Held {
 impl Pool {
     /// A pool in a buffer of `words` words, which has room for the header and the palette at least. `poison` overwrites freed words.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
-    pub fn new(memory: Arc<dyn PoolMemory>, words: u32, materials: &[Material], poison: bool) -> Self {
+    pub(crate) fn new(memory: Arc<dyn PoolMemory>, words: u32, materials: &[Material], poison: bool) -> Self {
         let palette = palette(materials);
         let full_run_at = (palette.len() as u32).next_multiple_of(NODE);
         // A node without children, which is the root of the empty world that is shown at first.
@@ -134,7 +134,7 @@ impl Pool {
 
     /// A pool for lamps in a buffer of `words` words, which lists none at first. A light is the unit of allocation.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most 2¹⁶ materials of a few words each")]
-    pub fn of_lamps(memory: Arc<dyn PoolMemory>, words: u32, poison: bool) -> Self {
+    pub(crate) fn of_lamps(memory: Arc<dyn PoolMemory>, words: u32, poison: bool) -> Self {
         let form = Form { header: HEADER_WORDS as u32, first: 0, unit: LIGHT_WORDS as u32, most: LIGHTS };
         memory.write(0, &[0; HEADER_WORDS]);
         memory.flush();
@@ -170,7 +170,7 @@ impl Pool {
     }
 
     /// A block of at least `words` words for a part of a directory, or a table; `None` when there is no room for it.
-    pub fn allocate(&self, words: u32) -> Option<PoolBlock> {
+    pub(crate) fn allocate(&self, words: u32) -> Option<PoolBlock> {
         let (mut account, units) = (self.account(), words.div_ceil(self.form.unit));
         let block = account.directories.take(units).or_else(|| account.tiles.take(units));
         account.count(block)
@@ -185,7 +185,7 @@ impl Pool {
 
     /// Takes a block back that no frame reads any more.
     #[allow(clippy::needless_pass_by_value, reason = "a block that was given back cannot be used again")]
-    pub fn free(&self, block: PoolBlock) {
+    pub(crate) fn free(&self, block: PoolBlock) {
         if self.poison {
             self.write(&block, &vec![POISON; (block.units * self.form.unit) as usize]);
         }
@@ -197,33 +197,33 @@ impl Pool {
     }
 
     /// The first word of a block, behind the header: a multiple of 4, and of 8 in a pool of lamps.
-    pub fn address(&self, block: &PoolBlock) -> u32 {
+    pub(crate) fn address(&self, block: &PoolBlock) -> u32 {
         self.form.first + block.first * self.form.unit
     }
 
     /// Writes the words of a block.
-    pub fn write(&self, block: &PoolBlock, words: &[u32]) {
+    pub(crate) fn write(&self, block: &PoolBlock, words: &[u32]) {
         debug_assert!(words.len() <= (block.units * self.form.unit) as usize);
         self.memory.write(self.form.header + self.address(block), words);
     }
 
     /// Makes all that was written visible to every frame that is submitted from now on.
-    pub fn flush(&self) {
+    pub(crate) fn flush(&self) {
         self.memory.flush();
     }
 
     /// The address of the full run, in a pool for tiles.
-    pub fn full_run(&self) -> u32 {
+    pub(crate) fn full_run(&self) -> u32 {
         self.full_run
     }
 
     /// Bytes of blocks that there is room for.
-    pub fn capacity(&self) -> u64 {
+    pub(crate) fn capacity(&self) -> u64 {
         u64::from(self.capacity) * u64::from(self.form.unit) * 4
     }
 
     /// How full it is.
-    pub fn stats(&self) -> PoolStats {
+    pub(crate) fn stats(&self) -> PoolStats {
         let account = self.account();
         let bytes = |units: u32| u64::from(units) * u64::from(self.form.unit) * 4;
         PoolStats {

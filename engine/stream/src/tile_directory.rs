@@ -128,18 +128,18 @@ struct Writer<'d> {
 
 impl TileDirectory {
     /// One without a tile.
-    pub fn new(cube: Cube) -> Self {
+    pub(crate) fn new(cube: Cube) -> Self {
         let (root, given_up, lights) = (Branch::default(), Vec::new(), Vec::new());
         Self { cube, root, block: None, given_up, words: 0, lights, relist: false }
     }
 
     /// Its cube.
-    pub fn cube(&self) -> &Cube {
+    pub(crate) fn cube(&self) -> &Cube {
         &self.cube
     }
 
     /// Goes over to another cube, without a tile.
-    pub fn clear(&mut self, cube: Cube) {
+    pub(crate) fn clear(&mut self, cube: Cube) {
         let Self { root, block, given_up, words, .. } = std::mem::replace(self, Self::new(cube));
         (self.given_up, self.words, self.relist) = (given_up, words, true);
         self.given_up.extend(block);
@@ -147,7 +147,7 @@ impl TileDirectory {
     }
 
     /// Puts a tile in its place, or removes the one there. A tile outside the cube is left out.
-    pub fn set(&mut self, key: TileKey, tile: Option<&Arc<LiveTile>>) {
+    pub(crate) fn set(&mut self, key: TileKey, tile: Option<&Arc<LiveTile>>) {
         let Some(path) = self.cube.path(key) else { return };
         let change = Change { tile, given_up: &mut self.given_up, relist: &mut self.relist };
         self.root.set(path, self.cube.height() - key.level, change);
@@ -155,7 +155,7 @@ impl TileDirectory {
 
     /// Writes the changes since the last time, for a publication of this version. Without enough room, the rest is written the next time.
     #[expect(clippy::cast_possible_truncation, reason = "coordinates are clamped to 32 bits")]
-    pub fn write(&mut self, pool: &Pool, version: u64) -> Option<Placed> {
+    pub(crate) fn write(&mut self, pool: &Pool, version: u64) -> Option<Placed> {
         let height = self.cube.height();
         let writer = &mut Writer { pool, version, given_up: &mut self.given_up, words: &mut self.words };
         self.root.write(height, self.cube.origin.map(i64::from), writer)?;
@@ -176,12 +176,12 @@ impl TileDirectory {
     }
 
     /// The lamps of the last write.
-    pub fn lights(&self) -> &[LightGroup] {
+    pub(crate) fn lights(&self) -> &[LightGroup] {
         &self.lights
     }
 
     /// Blocks that the next write does not reach.
-    pub fn given_up(&mut self) -> Vec<Written> {
+    pub(crate) fn given_up(&mut self) -> Vec<Written> {
         std::mem::take(&mut self.given_up)
     }
 }

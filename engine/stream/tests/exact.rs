@@ -12,10 +12,8 @@ use raxel_oracle::metrics::Errors;
 use raxel_oracle::port::Tree64;
 use raxel_oracle::sets::RayTargets;
 use raxel_oracle::{Oracle, sets};
-use raxel_stream::{
-    Publication, ReachableSet, Stats, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View, union,
-};
-use raxel_testing::Words;
+use raxel_stream::{Publication, Stats, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View};
+use raxel_testing::{ReachableSet, Words, union};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable, World, voxel_index};
 use raxel_worldfile::StreamSettings;

@@ -9,10 +9,8 @@ use std::time::Duration;
 
 use glam::IVec3;
 use raxel_layouts::lights::{HEADER_WORDS, LIGHT_WORDS, lights};
-use raxel_stream::{
-    PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View, union,
-};
-use raxel_testing::Words;
+use raxel_stream::{PoolMemory, Publication, StreamError, StreamOptions, Streamer, StreamingRange, TileKey, View};
+use raxel_testing::{Words, union};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Unavailable, World};
 use raxel_worldfile::StreamSettings;

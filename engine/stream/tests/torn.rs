@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use glam::IVec3;
 use raxel_layouts::{FULL_RUN_WORDS, MATERIAL_WORDS, TileBlock, TileNode};
-use raxel_stream::{Publication, ReachableSet, StreamOptions, Streamer, StreamingRange, View};
-use raxel_testing::Words;
+use raxel_stream::{Publication, StreamOptions, Streamer, StreamingRange, View};
+use raxel_testing::{ReachableSet, Words};
 use raxel_world::random::SplitMix64;
 use raxel_world::{ChunkPos, ChunkProvider, Content, DenseChunk, Material, Mode, Unavailable};
 use raxel_worldfile::StreamSettings;

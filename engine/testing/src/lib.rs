@@ -5,8 +5,14 @@
 mod child;
 mod display;
 mod folder;
+#[cfg(feature = "light")]
+pub mod path_tracer;
 mod project;
 mod random;
+#[cfg(feature = "stream")]
+mod reachable_set;
+#[cfg(feature = "stream")]
+mod union;
 #[cfg(feature = "stream")]
 mod words;
 
@@ -15,5 +21,9 @@ pub use display::{Display, eventually};
 pub use folder::{Folder, copy, files, repository};
 pub use project::Project;
 pub use random::Random;
+#[cfg(feature = "stream")]
+pub use reachable_set::ReachableSet;
+#[cfg(feature = "stream")]
+pub use union::union;
 #[cfg(feature = "stream")]
 pub use words::Words;

@@ -44,9 +44,9 @@ pub(crate) struct Clock {
 
 impl Clock {
     /// How long a demo may last: a day at most.
-    pub const DURATIONS: RangeInclusive<f64> = 1e-3..=86_400.0;
+    pub(crate) const DURATIONS: RangeInclusive<f64> = 1e-3..=86_400.0;
     /// Frames a second that it may have.
-    pub const RATES: RangeInclusive<f64> = 1e-3..=1000.0;
+    pub(crate) const RATES: RangeInclusive<f64> = 1e-3..=1000.0;
 
     /// Without a duration that can be read, keys are still read for their other mistakes.
     fn of(root: &Table<'_, '_>) -> Self {

@@ -16,7 +16,7 @@ use raxel_workbench::kept::{self, Kept, Pixels, VALUES, What};
 const GRIP: f64 = 8.0;
 
 /// The comparison of the shown target with another picture.
-pub struct Comparing {
+pub(crate) struct Comparing {
     picture: Option<Held>,
     mode: CompareMode,
     flipped: bool,
@@ -125,7 +125,7 @@ impl Default for Comparing {
 
 impl Comparing {
     /// Compares with this from now on.
-    pub fn keep(&mut self, kept: Kept) {
+    pub(crate) fn keep(&mut self, kept: Kept) {
         // A file that is still being read would replace it.
         self.loading = None;
         (self.picture, self.missing) = (Some(Held { kept, on_device: None }), None);
@@ -136,12 +136,12 @@ impl Comparing {
     }
 
     /// The kept picture.
-    pub fn kept(&self) -> Option<&Kept> {
+    pub(crate) fn kept(&self) -> Option<&Kept> {
         self.picture.as_ref().map(|held| &held.kept)
     }
 
     /// Reads a picture from a file on a thread of its own; [`Self::update`] reports the result.
-    pub fn load(&mut self, path: &Path, name: &str) {
+    pub(crate) fn load(&mut self, path: &Path, name: &str) {
         let (path, name) = (path.to_owned(), name.to_owned());
         let (send, receive) = channel();
         thread::spawn(move || {
@@ -152,64 +152,64 @@ impl Comparing {
     }
 
     /// Lets go of the kept picture.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         *self = Self { edge: self.edge, gain: self.gain, ..Self::default() };
     }
 
     /// Whether something is kept.
-    pub fn is_on(&self) -> bool {
+    pub(crate) fn is_on(&self) -> bool {
         self.picture.is_some()
     }
 
     /// Another way of showing both.
-    pub fn set_mode(&mut self, mode: CompareMode) {
+    pub(crate) fn set_mode(&mut self, mode: CompareMode) {
         (self.mode, self.flipped) = (mode, false);
     }
 
     /// The next way of showing both.
-    pub fn next_mode(&mut self) -> CompareMode {
+    pub(crate) fn next_mode(&mut self) -> CompareMode {
         let at = CompareMode::ALL.iter().position(|mode| *mode == self.mode).unwrap_or(0);
         self.set_mode(CompareMode::ALL[(at + 1) % CompareMode::ALL.len()]);
         self.mode
     }
 
     /// Shows the kept picture alone, or not any more.
-    pub fn flip(&mut self) {
+    pub(crate) fn flip(&mut self) {
         self.set_flipped(!self.flipped);
     }
 
     /// Shows the kept picture alone, or both.
-    pub fn set_flipped(&mut self, flipped: bool) {
+    pub(crate) fn set_flipped(&mut self, flipped: bool) {
         self.flipped = flipped;
     }
 
     /// The factor of differences.
-    pub fn set_gain(&mut self, gain: f32) {
+    pub(crate) fn set_gain(&mut self, gain: f32) {
         if gain.is_finite() {
             self.gain = gain.clamp(0.01, 1e5);
         }
     }
 
     /// Takes hold of the edge of the wipe, where a pixel of a window of this width is on it.
-    pub fn hold_edge(&mut self, x: f64, width: u32, session: &Session) -> bool {
+    pub(crate) fn hold_edge(&mut self, x: f64, width: u32, session: &Session) -> bool {
         self.held = self.view(session).has_edge() && (x - self.edge * f64::from(width)).abs() <= GRIP;
         self.held
     }
 
     /// Puts the edge that is held at a pixel.
-    pub fn drag_edge(&mut self, x: f64, width: u32) {
+    pub(crate) fn drag_edge(&mut self, x: f64, width: u32) {
         if self.held {
             self.edge = (x / f64::from(width.max(1))).clamp(0.0, 1.0);
         }
     }
 
     /// Lets go of the edge.
-    pub fn release_edge(&mut self) {
+    pub(crate) fn release_edge(&mut self) {
         self.held = false;
     }
 
     /// Before a frame: takes the results of other threads, and sets the session's view. Returns messages.
-    pub fn update(&mut self, session: &mut Session) -> Option<String> {
+    pub(crate) fn update(&mut self, session: &mut Session) -> Option<String> {
         let said = self.take_loaded();
         if let Some(figures) = self.measuring.as_ref().and_then(|measuring| measuring.try_recv().ok()) {
             (self.figures, self.measuring) = (figures, None);
@@ -297,7 +297,7 @@ impl Comparing {
     }
 
     /// Finds the difference between a copy of the shown target, of this name, and the kept picture. `display` is how it is shown.
-    pub fn measure(&mut self, name: &str, texels: Arc<Texels>, display: Display) {
+    pub(crate) fn measure(&mut self, name: &str, texels: Arc<Texels>, display: Display) {
         let Some(Kept { what: What::Still(pixels), .. }) = self.kept() else { return };
         let (pixels, name) = (pixels.clone(), name.to_owned());
         self.find_figures(move || figures(&pixels, name, &texels, &display));
@@ -305,7 +305,7 @@ impl Comparing {
 
     /// Asks the device for the live target and for the shown one, of this name, as the last frame left both: [`Self::update`] finds how far
     /// they are apart. False when nothing is live.
-    pub fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
+    pub(crate) fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
         let Some(live) = self.live().cloned() else { return false };
         let mut ask = |of: &DebugTarget| session.request_texels(&of.resource, of.age, of.mip, of.layer);
         match ask(&live).and_then(|live| Ok((live, ask(shown)?))) {
@@ -333,19 +333,19 @@ impl Comparing {
     }
 
     /// The figures were asked for, and the shown target is being copied.
-    pub fn await_figures(&mut self) {
+    pub(crate) fn await_figures(&mut self) {
         self.figures = Figures::Awaited;
     }
 
     /// The shown target could not be copied.
-    pub fn give_up_figures(&mut self) {
+    pub(crate) fn give_up_figures(&mut self) {
         if self.figures == Figures::Awaited {
             self.figures = Figures::Refused("a buffer is shown".to_owned());
         }
     }
 
     /// The panel's view.
-    pub fn view(&self, session: &Session) -> Compare {
+    pub(crate) fn view(&self, session: &Session) -> Compare {
         let failed = self.picture.as_ref().and_then(|held| held.on_device.as_ref()?.1.as_ref().err().cloned());
         let mismatch = || match self.live() {
             Some(_) => self.missing.clone().or_else(|| Some(session.live_mismatch()?.to_string())),

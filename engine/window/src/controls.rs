@@ -99,7 +99,7 @@ Escape          quit";
 
 /// Keys held and mouse motion since the last frame.
 #[derive(Clone, Debug)]
-pub struct Controls {
+pub(crate) struct Controls {
     held: HashSet<KeyCode>,
     dragging: bool,
     look: [f64; 2],
@@ -119,30 +119,30 @@ impl Default for Controls {
 
 impl Controls {
     /// Voxels that the camera flies in a second.
-    pub fn speed(&self) -> f64 {
+    pub(crate) fn speed(&self) -> f64 {
         self.speed
     }
 
     /// The speed in words, with two significant digits or whole voxels.
-    pub fn speed_text(&self) -> String {
+    pub(crate) fn speed_text(&self) -> String {
         let decimals = if self.speed < 1.0 { 2 } else { usize::from(self.speed < 10.0) };
         format!("flies at {:.decimals$} voxels a second", self.speed)
     }
 
     /// Sets the voxels a second.
-    pub fn set_speed(&mut self, voxels: f64) {
+    pub(crate) fn set_speed(&mut self, voxels: f64) {
         if voxels.is_finite() {
             self.speed = voxels.clamp(*FLY_SPEEDS.start(), *FLY_SPEEDS.end());
         }
     }
 
     /// The wheel was turned by `lines` lines, away from the user where positive.
-    pub fn wheel(&mut self, lines: f64) {
+    pub(crate) fn wheel(&mut self, lines: f64) {
         self.set_speed(self.speed * 1.2_f64.powf(lines.clamp(-20.0, 20.0)));
     }
 
     /// A key went down or up. Returns its command, once a press.
-    pub fn key(
+    pub(crate) fn key(
         &mut self,
         physical: PhysicalKey,
         logical: &Key,
@@ -217,12 +217,12 @@ impl Controls {
     }
 
     /// The left mouse button went down or up.
-    pub fn drag(&mut self, pressed: bool) {
+    pub(crate) fn drag(&mut self, pressed: bool) {
         self.dragging = pressed;
     }
 
     /// The cursor moved to a pixel (from the top left).
-    pub fn cursor_moved(&mut self, to: [f64; 2]) {
+    pub(crate) fn cursor_moved(&mut self, to: [f64; 2]) {
         if let (Some(from), true) = (self.cursor, self.dragging) {
             self.look = [self.look[0] + to[0] - from[0], self.look[1] + to[1] - from[1]];
         }
@@ -230,28 +230,28 @@ impl Controls {
     }
 
     /// The cursor left the window. A drag goes on when it comes back.
-    pub fn cursor_left(&mut self) {
+    pub(crate) fn cursor_left(&mut self) {
         self.cursor = None;
     }
 
     /// The window lost the keyboard: nothing is held any more.
-    pub fn release_all(&mut self) {
+    pub(crate) fn release_all(&mut self) {
         self.held.clear();
         self.dragging = false;
     }
 
     /// The picture begins at another pixel of the window.
-    pub fn set_origin(&mut self, origin: [u32; 2]) {
+    pub(crate) fn set_origin(&mut self, origin: [u32; 2]) {
         self.origin = origin;
     }
 
     /// Where the cursor is, in pixels from the top left of the picture.
-    pub fn on_picture(&self) -> Option<[f64; 2]> {
+    pub(crate) fn on_picture(&self) -> Option<[f64; 2]> {
         self.cursor.map(|cursor| [0, 1].map(|axis| cursor[axis] - f64::from(self.origin[axis])))
     }
 
     /// Where the cursor is, in pixels from the top left of the window.
-    pub fn pointer(&self) -> Option<[f64; 2]> {
+    pub(crate) fn pointer(&self) -> Option<[f64; 2]> {
         self.cursor
     }
 
@@ -260,18 +260,18 @@ impl Controls {
         clippy::cast_possible_truncation,
         reason = "a cast of a float saturates, and pixels beyond 2³¹ are outside every window"
     )]
-    pub fn cursor(&self) -> Option<[i32; 2]> {
+    pub(crate) fn cursor(&self) -> Option<[i32; 2]> {
         self.on_picture().map(|[x, y]| [x.floor() as i32, y.floor() as i32])
     }
 
     /// Whether a key or a drag moves the camera, or could at any moment.
-    pub fn is_flying(&self) -> bool {
+    pub(crate) fn is_flying(&self) -> bool {
         let keys = [KeyCode::KeyW, KeyCode::KeyA, KeyCode::KeyS, KeyCode::KeyD, KeyCode::KeyQ, KeyCode::KeyE];
         self.dragging || keys.iter().any(|key| self.held.contains(key))
     }
 
     /// The camera's motion since the last call, and its speed.
-    pub fn fly(&mut self) -> (FlyInput, FlySpeed) {
+    pub(crate) fn fly(&mut self) -> (FlyInput, FlySpeed) {
         let axis = |plus: KeyCode, minus: KeyCode| {
             f64::from(i8::from(self.held.contains(&plus)) - i8::from(self.held.contains(&minus)))
         };

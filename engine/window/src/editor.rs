@@ -11,7 +11,7 @@ pub(super) struct Editors(Vec<Child>);
 impl Editors {
     /// Opens a place, `path:line:column`, of a project at `root` in the editor that `VISUAL` or `EDITOR` names; one that runs in a terminal would
     /// have none here.
-    pub fn open(&mut self, root: &Path, place: &str) -> Result<(), String> {
+    pub(crate) fn open(&mut self, root: &Path, place: &str) -> Result<(), String> {
         let editor = ["VISUAL", "EDITOR"].into_iter().filter_map(std::env::var_os).find(|editor| !editor.is_empty());
         let Some(editor) = editor else {
             return Err("neither VISUAL nor EDITOR is set; a click on the place copies it".to_owned());

@@ -8,7 +8,7 @@ const COLUMNS: usize = 64;
 
 /// How a buffer is divided into elements, and these into scalars.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Elements {
+pub(crate) struct Elements {
     /// Offset of the first element.
     first: u64,
     /// Bytes from one element to the next.
@@ -27,7 +27,7 @@ struct Column {
 
 impl Elements {
     /// Of a buffer: as the first shader that binds it declares it, else by the words of its element.
-    pub fn of(graph: &Graph, resource: &str) -> Option<Elements> {
+    pub(crate) fn of(graph: &Graph, resource: &str) -> Option<Elements> {
         let id = graph.find_resource(resource)?;
         let ResourceKind::Buffer(buffer) = &graph.resource(id).kind else { return None };
         let declared = graph.passes.iter().find_map(|pass| {
@@ -63,28 +63,28 @@ impl Elements {
     }
 
     /// Byte offset of an element.
-    pub fn offset(&self, element: u64) -> u64 {
+    pub(crate) fn offset(&self, element: u64) -> u64 {
         self.first.saturating_add(element.saturating_mul(self.stride))
     }
 
     /// Whole elements of a buffer of `bytes` bytes.
-    pub fn count(&self, bytes: u64) -> u64 {
+    pub(crate) fn count(&self, bytes: u64) -> u64 {
         bytes.saturating_sub(self.first) / self.stride
     }
 
     /// Name and type of each column.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         self.columns.iter().map(Column::title).collect()
     }
 
     /// The values of an element, where `bytes` begin at offset `start` of the buffer. A missing value is left empty.
-    pub fn row(&self, bytes: &[u8], start: u64, element: u64) -> Vec<String> {
+    pub(crate) fn row(&self, bytes: &[u8], start: u64, element: u64) -> Vec<String> {
         let at = self.offset(element);
         self.columns.iter().map(|column| column.value(bytes, start, at).unwrap_or_default()).collect()
     }
 
     /// Names and values of the columns before the first element, as far as they are there.
-    pub fn head(&self, bytes: &[u8], start: u64) -> Vec<[String; 2]> {
+    pub(crate) fn head(&self, bytes: &[u8], start: u64) -> Vec<[String; 2]> {
         self.head.iter().filter_map(|column| Some([column.title(), column.value(bytes, start, 0)?])).collect()
     }
 }

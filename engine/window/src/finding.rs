@@ -25,7 +25,7 @@ pub struct Wanted {
 }
 
 /// A search that is under way.
-pub struct Finding {
+pub(crate) struct Finding {
     wanted: Wanted,
     /// What was shown when it began.
     origin: Shown,
@@ -62,7 +62,7 @@ enum Source {
 }
 
 /// A slice that the other thread looks at.
-pub struct Look {
+pub(crate) struct Look {
     search: Search,
     source: Source,
     channel: u32,
@@ -70,7 +70,7 @@ pub struct Look {
 }
 
 /// A slice that was looked at.
-pub struct Looked {
+pub(crate) struct Looked {
     /// `None` if the copy was lost with its device.
     search: Option<Search>,
     number: u64,
@@ -101,7 +101,7 @@ pub enum Ended {
 
 impl Finding {
     /// A search from the shown slice on, whose copy is known; from a texel on if one is given. `number` tells one search from another.
-    pub fn new(
+    pub(crate) fn new(
         session: &Session,
         (shown, copy): (&Shown, &Arc<Captured>),
         wanted: Wanted,
@@ -134,22 +134,22 @@ impl Finding {
     }
 
     /// Whether what is shown is still what is searched.
-    pub fn is_of(&self, shown: &Shown) -> bool {
+    pub(crate) fn is_of(&self, shown: &Shown) -> bool {
         self.showing.as_ref().unwrap_or(&self.origin) == shown
     }
 
     /// The target to go back to, if the search shows another part of it.
-    pub fn gone_from(&self) -> Option<&Shown> {
+    pub(crate) fn gone_from(&self) -> Option<&Shown> {
         self.showing.as_ref().and(Some(&self.origin))
     }
 
     /// The panel's view.
-    pub fn view(&self) -> Looking {
+    pub(crate) fn view(&self) -> Looking {
         Looking { sought: self.wanted.sought, looked: self.looked, slices: self.slices.len() }
     }
 
     /// Before a frame: asks for a copy of the next slice.
-    pub fn ask(&mut self, session: &mut Session) {
+    pub(crate) fn ask(&mut self, session: &mut Session) {
         if self.copies.len() >= AHEAD {
             return;
         }
@@ -169,7 +169,7 @@ impl Finding {
     }
 
     /// After a frame: takes the copy that it has made. False if it has made none.
-    pub fn take(&mut self, session: &mut Session) -> bool {
+    pub(crate) fn take(&mut self, session: &mut Session) -> bool {
         if !std::mem::take(&mut self.due) {
             return true;
         }
@@ -180,7 +180,7 @@ impl Finding {
     }
 
     /// The next slice for the other thread, once its copy is there.
-    pub fn hand_over(&mut self) -> Option<Look> {
+    pub(crate) fn hand_over(&mut self) -> Option<Look> {
         let arrived = match self.copies.front()? {
             Source::Known(_) => true,
             // The other thread reports the loss of a device.
@@ -195,7 +195,7 @@ impl Finding {
     }
 
     /// Takes a slice that was looked at. Gives the end of the search.
-    pub fn looked(&mut self, looked: Looked) -> Option<Ended> {
+    pub(crate) fn looked(&mut self, looked: Looked) -> Option<Ended> {
         if looked.number != self.number {
             return None;
         }
@@ -223,7 +223,7 @@ impl Finding {
 
 impl Look {
     /// Looks at the slice.
-    pub fn run(self) -> Looked {
+    pub(crate) fn run(self) -> Looked {
         let Self { mut search, source, channel, number } = self;
         let captured = match source {
             Source::Known(captured) => captured,

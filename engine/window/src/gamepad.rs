@@ -16,7 +16,7 @@ fn is_read(graph: &Graph) -> bool {
 
 /// The gamepads of the system. One is used at a time.
 #[derive(Default)]
-pub enum Gamepads {
+pub(crate) enum Gamepads {
     /// No graph has read one so far.
     #[default]
     Unasked,
@@ -29,7 +29,7 @@ pub enum Gamepads {
 
 impl Gamepads {
     /// Passes events since the last call to the inputs, once a graph reads a gamepad. Returns a message for the user.
-    pub fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
+    pub(crate) fn read(&mut self, graph: &Graph, inputs: &mut Inputs) -> Option<String> {
         match self {
             Self::Unasked if is_read(graph) => {
                 let (opened, said) = Self::open();
@@ -129,7 +129,7 @@ mod of_system {
     }
 
     impl Reader {
-        pub fn open() -> Result<Self, String> {
+        pub(crate) fn open() -> Result<Self, String> {
             match Gilrs::new() {
                 Ok(gilrs) => Ok(Self { gilrs, used: Used(None) }),
                 Err(error) => Err(format!("gamepads cannot be read: {error}")),
@@ -137,7 +137,7 @@ mod of_system {
         }
 
         /// Passes events since the last call to the inputs. Returns a message for the user.
-        pub fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
+        pub(crate) fn read(&mut self, inputs: &mut Inputs) -> Option<String> {
             let mut said = Vec::new();
             while let Some(event) = self.gilrs.next_event() {
                 if let Some(happened) = happened(event.event) {

@@ -8,7 +8,7 @@ use winit::keyboard::{KeyCode, PhysicalKey};
 use super::{Holder, Viewer};
 
 /// Tells the inputs of an event. A press that a panel takes goes to the panel alone; a release goes to all.
-pub fn note(inputs: &mut Inputs, event: &WindowEvent, taken: bool) {
+pub(crate) fn note(inputs: &mut Inputs, event: &WindowEvent, taken: bool) {
     match event {
         WindowEvent::KeyboardInput { event, .. } if !event.repeat => {
             let down = event.state == ElementState::Pressed;
@@ -33,7 +33,7 @@ pub fn note(inputs: &mut Inputs, event: &WindowEvent, taken: bool) {
 }
 
 /// Whether a key stays the window's while the graph has all others: without these, the user could not take the others back.
-pub fn is_windows(key: PhysicalKey) -> bool {
+pub(crate) fn is_windows(key: PhysicalKey) -> bool {
     use KeyCode::{Escape, F1, F2, F3, F4, F5, F6, F7, F8, F9, F10, F11, F12};
     matches!(key, PhysicalKey::Code(Escape | F1 | F2 | F3 | F4 | F5 | F6 | F7 | F8 | F9 | F10 | F11 | F12))
 }

@@ -20,17 +20,17 @@ pub(super) struct Redraws {
 
 impl Redraws {
     /// One is asked for.
-    pub fn ask(&self, now: Instant) {
+    pub(crate) fn ask(&self, now: Instant) {
         self.asked.set(self.asked.get().or(Some(now)));
     }
 
     /// One has come.
-    pub fn came(&self) {
+    pub(crate) fn came(&self) {
         self.asked.set(None);
     }
 
     /// Whether one does not come.
-    pub fn are_held_back(&self, now: Instant) -> bool {
+    pub(crate) fn are_held_back(&self, now: Instant) -> bool {
         self.asked.get().is_some_and(|asked| now.duration_since(asked) >= HELD_BACK)
     }
 }

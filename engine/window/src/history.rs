@@ -11,7 +11,7 @@ const MOST: usize = 256;
 
 /// A change that the window has made.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Step {
+pub(crate) enum Step {
     /// An edit of the world. The session keeps it.
     World,
     /// Files were written.
@@ -36,7 +36,7 @@ pub enum Step {
 
 /// Who says where the camera is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Pose {
+pub(crate) enum Pose {
     /// The demo that drives.
     Demo,
     /// The user, who has put it there.
@@ -45,7 +45,7 @@ pub enum Pose {
 
 /// Files that were written.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Files {
+pub(crate) struct Files {
     /// Their values before.
     pub written: Vec<Written>,
     /// Params that had these values in the window only, and have them in the files now. Undo gives the window its values back.
@@ -54,7 +54,7 @@ pub struct Files {
 
 /// A param, and its values before and after.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Change {
+pub(crate) struct Change {
     /// Its name.
     pub name: String,
     /// `None` for the value of the file.
@@ -65,7 +65,7 @@ pub struct Change {
 
 /// The steps that were made, and the undone ones, oldest first.
 #[derive(Debug, Default)]
-pub struct History {
+pub(crate) struct History {
     done: Vec<Step>,
     undone: Vec<Step>,
     /// The last step is a motion of a widget that goes on.
@@ -83,7 +83,7 @@ impl Step {
 
 impl History {
     /// Notes a step. Undone steps can no longer be redone, unless the step is a look at what was undone.
-    pub fn note(&mut self, step: Step) {
+    pub(crate) fn note(&mut self, step: Step) {
         if !step.is_of_view() {
             self.undone.clear();
         }
@@ -97,7 +97,7 @@ impl History {
     }
 
     /// Notes another value of a param. All values of one motion, until [`Self::let_go`], are one step.
-    pub fn note_param(&mut self, change: Change) {
+    pub(crate) fn note_param(&mut self, change: Change) {
         if let Some(Step::Params(last)) = self.motion()
             && let [last] = last.as_mut_slice()
             && last.name == change.name
@@ -110,7 +110,7 @@ impl History {
     }
 
     /// Notes another way of showing. All ways of one motion, until [`Self::let_go`], are one step.
-    pub fn note_display(&mut self, before: Option<Map>, after: Option<Map>) {
+    pub(crate) fn note_display(&mut self, before: Option<Map>, after: Option<Map>) {
         if let Some(Step::Display { after: last, .. }) = self.motion() {
             *last = after;
             return;
@@ -125,65 +125,65 @@ impl History {
     }
 
     /// The camera flies, and was there before. All motions until [`Self::land`] are one step.
-    pub fn fly(&mut self, before: Pose) {
+    pub(crate) fn fly(&mut self, before: Pose) {
         self.flight.get_or_insert(before);
     }
 
     /// Whether a flight goes on.
-    pub fn flies(&self) -> bool {
+    pub(crate) fn flies(&self) -> bool {
         self.flight.is_some()
     }
 
     /// The flight has ended, if one went on.
-    pub fn land(&mut self, after: Pose) {
+    pub(crate) fn land(&mut self, after: Pose) {
         if let Some(before) = self.flight.take().filter(|before| *before != after) {
             self.note(Step::Camera { before, after });
         }
     }
 
     /// Nothing of a panel is held any more: the next value of a widget is another step.
-    pub fn let_go(&mut self) {
+    pub(crate) fn let_go(&mut self) {
         self.moving = false;
     }
 
     /// Takes the newest step out, to be undone.
-    pub fn take_done(&mut self) -> Option<Step> {
+    pub(crate) fn take_done(&mut self) -> Option<Step> {
         self.moving = false;
         self.done.pop()
     }
 
     /// Takes the step out that was undone last, to be made again.
-    pub fn take_undone(&mut self) -> Option<Step> {
+    pub(crate) fn take_undone(&mut self) -> Option<Step> {
         self.moving = false;
         self.undone.pop()
     }
 
     /// A step was undone: this makes it again.
-    pub fn was_undone(&mut self, step: Step) {
+    pub(crate) fn was_undone(&mut self, step: Step) {
         self.undone.push(step);
     }
 
     /// A step was made again: this undoes it.
-    pub fn was_redone(&mut self, step: Step) {
+    pub(crate) fn was_redone(&mut self, step: Step) {
         self.done.push(step);
     }
 
     /// Takes the newest of the steps out that a test holds for.
-    pub fn take_last(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
+    pub(crate) fn take_last(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
         self.moving = false;
         let at = self.done.iter().rposition(is_it)?;
         Some(self.done.remove(at))
     }
 
     /// The same of the steps that were taken back.
-    pub fn take_last_undone(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
+    pub(crate) fn take_last_undone(&mut self, is_it: impl Fn(&Step) -> bool) -> Option<Step> {
         self.moving = false;
         let at = self.undone.iter().rposition(is_it)?;
         Some(self.undone.remove(at))
     }
 
     /// The files that were written last.
-    pub fn last_write(&self) -> Option<&Files> {
+    pub(crate) fn last_write(&self) -> Option<&Files> {
         self.done.iter().rev().find_map(|step| match step {
             Step::Files(files) => Some(files),
             Step::World | Step::Params(_) | Step::Camera { .. } | Step::Display { .. } => None,
@@ -191,13 +191,13 @@ impl History {
     }
 
     /// Project paths of the files that were written last.
-    pub fn last_files(&self) -> Vec<String> {
+    pub(crate) fn last_files(&self) -> Vec<String> {
         let written = self.last_write().map(|files| files.written.as_slice()).unwrap_or_default();
         written.iter().map(|written| written.file.clone()).collect()
     }
 
     /// Other files run: values of params before say nothing of them, nor edits of another world.
-    pub fn forget_session(&mut self) {
+    pub(crate) fn forget_session(&mut self) {
         self.flight = None;
         self.done.retain(|step| matches!(step, Step::Files(_)));
         self.undone.clear();

@@ -8,7 +8,7 @@ use raxel_output::replace;
 use raxel_panels::Layout;
 
 /// Where a project's layout is.
-pub struct LayoutFile {
+pub(crate) struct LayoutFile {
     path: PathBuf,
     /// As it was read, or was to be written last.
     known: Option<Layout>,
@@ -18,12 +18,12 @@ pub struct LayoutFile {
 
 impl LayoutFile {
     /// Of the project at a folder.
-    pub fn of(project: &Path) -> Self {
+    pub(crate) fn of(project: &Path) -> Self {
         Self { path: project.join(".raxel/window.toml"), known: None, seen: None }
     }
 
     /// The layout; the default where there is none, or, with a message, where it cannot be read.
-    pub fn read(&mut self) -> (Layout, Option<String>) {
+    pub(crate) fn read(&mut self) -> (Layout, Option<String>) {
         let read = match fs::read_to_string(&self.path) {
             Ok(text) => Layout::read(&text),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(Layout::default()),
@@ -40,13 +40,13 @@ impl LayoutFile {
     }
 
     /// Keeps the layout, if it has not changed since the last look: one that is being dragged is not written at every step.
-    pub fn look(&mut self, layout: &Layout) -> std::io::Result<()> {
+    pub(crate) fn look(&mut self, layout: &Layout) -> std::io::Result<()> {
         let settled = self.seen.replace(layout.clone()).as_ref() == Some(layout);
         if settled { self.write(layout) } else { Ok(()) }
     }
 
     /// Keeps the layout, if it differs from the file's. If it cannot be written, raxel tries again only after a change.
-    pub fn write(&mut self, layout: &Layout) -> std::io::Result<()> {
+    pub(crate) fn write(&mut self, layout: &Layout) -> std::io::Result<()> {
         if self.known.as_ref() == Some(layout) {
             return Ok(());
         }

@@ -8,7 +8,7 @@ use raxel_world::srgb_from_linear;
 
 /// The same place in a picture of another extent.
 #[expect(clippy::cast_possible_truncation, reason = "the place is below `to`")]
-pub fn scaled(at: [u32; 2], from: [u32; 2], to: [u32; 2]) -> [u32; 2] {
+pub(crate) fn scaled(at: [u32; 2], from: [u32; 2], to: [u32; 2]) -> [u32; 2] {
     let place = |axis: usize| {
         // Through the centre of the texel.
         let place = (2 * u64::from(at[axis]) + 1) * u64::from(to[axis]) / (2 * u64::from(from[axis].max(1)));
@@ -18,7 +18,7 @@ pub fn scaled(at: [u32; 2], from: [u32; 2], to: [u32; 2]) -> [u32; 2] {
 }
 
 /// The texels around one. Colours are shown as such, anything else by its channel in grey; NaN is magenta and infinity yellow.
-pub fn zoom(texels: &Texels, at: [u32; 2], display: &Display) -> Zoom {
+pub(crate) fn zoom(texels: &Texels, at: [u32; 2], display: &Display) -> Zoom {
     let half = Zoom::SIDE / 2;
     let place = |middle: u32, index: u32| (middle + index).checked_sub(half);
     let color = |index: u32| {
@@ -30,7 +30,7 @@ pub fn zoom(texels: &Texels, at: [u32; 2], display: &Display) -> Zoom {
 
 /// The values of the texels that are seen in a region, a line for each channel.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the places are inside the picture")]
-pub fn written(texels: &Texels, region: &Region) -> Vec<WrittenTexel> {
+pub(crate) fn written(texels: &Texels, region: &Region) -> Vec<WrittenTexel> {
     let span = |axis: usize, extent: u32| {
         let (first, extent) = (region.origin[axis] * f64::from(extent), f64::from(extent));
         (first.floor() as u32)..((first + region.size * extent).ceil().min(extent) as u32)

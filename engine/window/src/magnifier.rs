@@ -13,7 +13,7 @@ const SEEN: f64 = 32.0;
 
 /// How large a picture and its window are.
 #[derive(Clone, Copy, Debug)]
-pub struct Extents {
+pub(crate) struct Extents {
     /// Of the picture, in texels.
     pub picture: [u32; 2],
     /// Of the window, in pixels.
@@ -22,7 +22,7 @@ pub struct Extents {
 
 /// The part of the picture that fills the window. Places are shares of an extent, from the top left.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Magnifier {
+pub(crate) struct Magnifier {
     region: Region,
 }
 
@@ -34,33 +34,33 @@ impl Default for Magnifier {
 
 impl Magnifier {
     /// The part to show.
-    pub fn region(&self) -> Region {
+    pub(crate) fn region(&self) -> Region {
         self.region
     }
 
     /// Whether less than the whole picture is shown.
-    pub fn is_on(&self) -> bool {
+    pub(crate) fn is_on(&self) -> bool {
         self.region != Region::WHOLE
     }
 
     /// The magnification of the picture.
-    pub fn zoom(&self) -> f64 {
+    pub(crate) fn zoom(&self) -> f64 {
         1.0 / self.region.size
     }
 
     /// The place of the picture that is seen at a place of the window.
-    pub fn to_picture(self, at: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn to_picture(self, at: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| self.region.origin[axis] + at[axis] * self.region.size)
     }
 
     /// The place of the window where a place of the picture is seen: outside of 0 to 1 where it is not.
-    pub fn to_window(self, at: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn to_window(self, at: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|axis| (at[axis] - self.region.origin[axis]) / self.region.size)
     }
 
     /// The pixel of a window that would show the same place if the picture were not magnified.
     #[expect(clippy::cast_possible_truncation, reason = "casts of floats saturate")]
-    pub fn unmagnified(&self, pixel: [i32; 2], window: [u32; 2]) -> [i32; 2] {
+    pub(crate) fn unmagnified(&self, pixel: [i32; 2], window: [u32; 2]) -> [i32; 2] {
         if !self.is_on() {
             return pixel;
         }
@@ -71,7 +71,7 @@ impl Magnifier {
 
     /// The visible place of a point of the picture, both in pixels of a window.
     #[expect(clippy::cast_possible_truncation, reason = "pixels of a window are small numbers")]
-    pub fn magnified(&self, point: [f32; 2], window: [u32; 2]) -> [f32; 2] {
+    pub(crate) fn magnified(&self, point: [f32; 2], window: [u32; 2]) -> [f32; 2] {
         let window = window.map(f64::from);
         let at = self.to_window([0, 1].map(|axis| f64::from(point[axis]) / window[axis]));
         [0, 1].map(|axis| (at[axis] * window[axis]) as f32)
@@ -79,7 +79,7 @@ impl Magnifier {
 
     /// Magnifies by a factor; the point at a place of the window stays there, as far as the picture reaches. No texel becomes larger than
     /// [`LARGEST`] pixels.
-    pub fn zoom_about(&mut self, at: [f64; 2], factor: f64, Extents { picture, window }: Extents) {
+    pub(crate) fn zoom_about(&mut self, at: [f64; 2], factor: f64, Extents { picture, window }: Extents) {
         let place = self.to_picture(at);
         let most = (0..2).map(|axis| LARGEST * f64::from(picture[axis]) / f64::from(window[axis].max(1)));
         let zoom = (self.zoom() * factor).clamp(1.0, most.fold(f64::INFINITY, f64::min).max(1.0));
@@ -89,18 +89,18 @@ impl Magnifier {
     }
 
     /// Moves the picture with the cursor, by shares of the window.
-    pub fn pan(&mut self, by: [f64; 2]) {
+    pub(crate) fn pan(&mut self, by: [f64; 2]) {
         let origin = [0, 1].map(|axis| self.region.origin[axis] - by[axis] * self.region.size);
         self.put(origin, [0.0; 2], self.region.size);
     }
 
     /// Shows the whole picture.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Self::default();
     }
 
     /// Brings a texel into sight, and magnifies it where it is tiny.
-    pub fn reveal(&mut self, at: [u32; 2], Extents { picture, window }: Extents) {
+    pub(crate) fn reveal(&mut self, at: [u32; 2], Extents { picture, window }: Extents) {
         let place = [0, 1].map(|axis| (f64::from(at[axis]) + 0.5) / f64::from(picture[axis].max(1)));
         let seen = self.to_window(place).iter().all(|share| (0.0..1.0).contains(share));
         let pixels = (0..2).map(|axis| f64::from(window[axis]) / f64::from(picture[axis].max(1)) * self.zoom());

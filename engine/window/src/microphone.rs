@@ -4,7 +4,7 @@ use raxel_runtime::inputs::Microphone;
 
 /// Captures while something hears it.
 #[derive(Default)]
-pub enum Capture {
+pub(crate) enum Capture {
     /// Nothing hears the microphone.
     #[default]
     Off,
@@ -18,7 +18,7 @@ pub enum Capture {
 
 impl Capture {
     /// Begins and ends capturing as it is wanted. Gives what a user should know; an error is a warning.
-    pub fn follow(&mut self, wanted: bool, microphone: &Microphone) -> Option<Result<String, String>> {
+    pub(crate) fn follow(&mut self, wanted: bool, microphone: &Microphone) -> Option<Result<String, String>> {
         match self {
             #[cfg(feature = "microphone")]
             Self::On(capturing) if wanted => return capturing.follow(microphone),
@@ -64,7 +64,7 @@ mod thread {
     const MOST_SAID: usize = 16;
 
     /// What captures.
-    pub trait Device: Send + 'static {
+    pub(crate) trait Device: Send + 'static {
         /// Feeds a line from now on, until what it gives is dropped. Names to `opening` what it is about to open, and says by `gone` why it captures
         /// no more. The error says why it does not.
         fn open(&mut self, line: &Line, gone: Gone, opening: &Opening) -> Result<Opened, String>;
@@ -72,7 +72,7 @@ mod thread {
 
     /// What is being opened, for whoever waits.
     #[derive(Clone, Default)]
-    pub struct Opening(Arc<Mutex<Option<Attempt>>>);
+    pub(crate) struct Opening(Arc<Mutex<Option<Attempt>>>);
 
     struct Attempt {
         began: Instant,
@@ -81,7 +81,7 @@ mod thread {
 
     impl Opening {
         /// The name of the device that is opened from now on.
-        pub fn names(&self, device: &str) {
+        pub(crate) fn names(&self, device: &str) {
             if let Some(attempt) = &mut *self.lock() {
                 attempt.device = Some(device.to_owned());
             }
@@ -114,7 +114,7 @@ mod thread {
     }
 
     /// A device that captures.
-    pub struct Opened {
+    pub(crate) struct Opened {
         /// Its name.
         pub name: String,
         /// The capture, until it is dropped.
@@ -127,7 +127,7 @@ mod thread {
 
     impl Gone {
         /// Why it is gone.
-        pub fn say(&self, why: String) {
+        pub(crate) fn say(&self, why: String) {
             // Who listened may have ended.
             let _ = self.0.send(Event::Gone(why));
         }
@@ -151,7 +151,7 @@ mod thread {
     }
 
     impl Capturing {
-        pub fn start(device: impl Device, line: Line) -> Self {
+        pub(crate) fn start(device: impl Device, line: Line) -> Self {
             Self::start_with(device, line, [RETRY, PATIENCE])
         }
 
@@ -169,7 +169,7 @@ mod thread {
         }
 
         /// Gives what a user should know since the last call; an error is a warning.
-        pub fn follow(&mut self, microphone: &Microphone) -> Option<Result<String, String>> {
+        pub(crate) fn follow(&mut self, microphone: &Microphone) -> Option<Result<String, String>> {
             if let Ok(said) = self.said.try_recv() {
                 return Some(said);
             }

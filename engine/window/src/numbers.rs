@@ -12,10 +12,10 @@ use super::finding::{Look, Looked};
 use super::worker::Worker;
 
 /// The thread of an inspector.
-pub type Numberer = Worker<Job, Done>;
+pub(crate) type Numberer = Worker<Job, Done>;
 
 /// What the thread is asked for.
-pub enum Job {
+pub(crate) enum Job {
     /// Reads a copy that has arrived, and works out its numbers.
     Read {
         /// The copied target.
@@ -39,7 +39,7 @@ pub enum Job {
 }
 
 /// What the thread has done.
-pub enum Done {
+pub(crate) enum Done {
     /// A copy was read.
     Copy(Taken),
     /// Its numbers, which end a job.
@@ -52,7 +52,7 @@ pub enum Done {
 
 /// A copy of a target or a buffer.
 #[derive(Clone)]
-pub struct Taken {
+pub(crate) struct Taken {
     /// The copied target.
     pub shown: Shown,
     /// The contents.
@@ -64,7 +64,7 @@ pub struct Taken {
 }
 
 /// The numbers of a copy.
-pub struct Numbers {
+pub(crate) struct Numbers {
     /// The copied target.
     pub shown: Shown,
     /// The number of the copy.
@@ -80,7 +80,7 @@ pub struct Numbers {
 }
 
 /// Starts the thread.
-pub fn start() -> Numberer {
+pub(crate) fn start() -> Numberer {
     // The thread keeps the copy that it has read last, so that the frame's thread does not free it: that takes a millisecond of a large one.
     let mut kept: Option<Taken> = None;
     Worker::new(move |job, done: &Sender<Done>| {

@@ -13,7 +13,7 @@ use winit::keyboard::{Key, NamedKey};
 use winit::window::Window;
 
 /// The interface of one window on one device.
-pub struct Overlay {
+pub(crate) struct Overlay {
     context: Context,
     state: State,
     /// Texels that the presenter has not been given yet.
@@ -28,7 +28,7 @@ pub struct Overlay {
 impl Overlay {
     /// For a window. `most` is the largest side of a texture that the device can make.
     #[expect(clippy::cast_possible_truncation, reason = "scales of screens are small numbers")]
-    pub fn new(window: &Window, most: usize) -> Self {
+    pub(crate) fn new(window: &Window, most: usize) -> Self {
         let context = Context::default();
         let scale = window.scale_factor() as f32;
         let state = State::new(context.clone(), ViewportId::ROOT, window, Some(scale), window.theme(), Some(most));
@@ -43,7 +43,7 @@ impl Overlay {
     }
 
     /// Notes an event. True when it is meant for a panel, and the camera and the keys must not follow it.
-    pub fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
+    pub(crate) fn take(&mut self, window: &Window, event: &WindowEvent) -> bool {
         let writes = self.context.wants_keyboard_input();
         if let WindowEvent::KeyboardInput { event: KeyEvent { logical_key: Key::Named(NamedKey::Tab), .. }, .. } = event
             && !writes
@@ -64,7 +64,7 @@ impl Overlay {
     }
 
     /// Whether a pointer at this pixel of the window is over a panel, or takes hold of an edge of one.
-    pub fn has_pointer(&self, panels: &Panels, pixel: [f64; 2]) -> bool {
+    pub(crate) fn has_pointer(&self, panels: &Panels, pixel: [f64; 2]) -> bool {
         panels.has_pointer(&self.context, self.point(pixel))
     }
 
@@ -74,7 +74,7 @@ impl Overlay {
         clippy::cast_sign_loss,
         reason = "casts of floats saturate, and points of a window are small numbers"
     )]
-    pub fn picture(&self, panels: &Panels) -> Option<[[u32; 2]; 2]> {
+    pub(crate) fn picture(&self, panels: &Panels) -> Option<[[u32; 2]; 2]> {
         let area = panels.picture(&self.context);
         if area == self.context.content_rect() {
             return None;
@@ -85,12 +85,12 @@ impl Overlay {
     }
 
     /// Whether something of a panel is dragged or pressed.
-    pub fn is_held(&self) -> bool {
+    pub(crate) fn is_held(&self) -> bool {
         self.context.is_using_pointer()
     }
 
     /// Draws the interface, to be shown over the next picture. Returns the user's requests, in order.
-    pub fn draw(&mut self, window: &Window, mut content: impl FnMut(&Context) -> Vec<Action>) -> Vec<Action> {
+    pub(crate) fn draw(&mut self, window: &Window, mut content: impl FnMut(&Context) -> Vec<Action>) -> Vec<Action> {
         let mut actions = Vec::new();
         let mut output = FullOutput::default();
         for input in split_input(self.state.take_egui_input(window)) {
@@ -109,17 +109,17 @@ impl Overlay {
     }
 
     /// Whether something that moves wants to be drawn again now.
-    pub fn is_due(&self) -> bool {
+    pub(crate) fn is_due(&self) -> bool {
         self.again.is_some_and(|at| at <= Instant::now())
     }
 
     /// Puts a text on the clipboard.
-    pub fn copy(&mut self, text: String) {
+    pub(crate) fn copy(&mut self, text: String) {
         self.state.set_clipboard_text(text);
     }
 
     /// Gives the presenter new texels, and the drawings over its picture to `present`. Textures that are no longer used go after.
-    pub fn present<T>(
+    pub(crate) fn present<T>(
         &mut self,
         presenter: &mut Presenter,
         present: impl FnOnce(&mut Presenter, &OverlayFrame<'_>) -> Result<T, PresentError>,

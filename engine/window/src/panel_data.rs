@@ -26,7 +26,7 @@ use super::described::{Described, Row, accesses, place, state};
 
 /// Times of frames and passes, and the parts of the running plan.
 #[derive(Default)]
-pub struct PanelData {
+pub(crate) struct PanelData {
     /// Milliseconds from frame to frame.
     pub interval: Samples,
     cpu: Samples,
@@ -51,7 +51,7 @@ pub struct PanelData {
 
 impl PanelData {
     /// Notes the times of a frame.
-    pub fn note(&mut self, session: &mut Session, report: &FrameReport) {
+    pub(crate) fn note(&mut self, session: &mut Session, report: &FrameReport) {
         self.held = self.held.take().filter(|_| self.peeking);
         self.ran = [report.dispatched, report.skipped, report.idle];
         self.cpu.push(report.cpu_nanoseconds as f64 / 1e6);
@@ -75,14 +75,14 @@ impl PanelData {
     }
 
     /// An edit runs: times before it no longer count.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         let interval = std::mem::take(&mut self.interval);
         *self = PanelData { interval, peeking: self.peeking, ..PanelData::default() };
     }
 
     /// Whether the pointer rests on a pass, whose output is shown meanwhile. The states stay as they are until a frame has run after that
     /// has ended.
-    pub fn peek(&mut self, session: &Session, peeking: bool) {
+    pub(crate) fn peek(&mut self, session: &Session, peeking: bool) {
         if peeking && !self.peeking && self.held.is_none() {
             let outcomes = session.outcomes();
             self.held = self.plan.clone().map(|described| {
@@ -94,7 +94,7 @@ impl PanelData {
     }
 
     /// Takes the thumbnails that have arrived. Whether there were any.
-    pub fn take_thumbnails(&mut self, session: &mut Session) -> bool {
+    pub(crate) fn take_thumbnails(&mut self, session: &mut Session) -> bool {
         let arrived = session.take_thumbnails();
         let any = !arrived.is_empty();
         let Some(described) = self.plan.clone() else { return any };
@@ -116,12 +116,12 @@ impl PanelData {
     }
 
     /// Drops the thumbnails: no panel shows them.
-    pub fn drop_thumbnails(&mut self) {
+    pub(crate) fn drop_thumbnails(&mut self) {
         self.thumbnails.clear();
     }
 
     /// The thumbnails of the passes that are shown.
-    pub fn thumbnails(&self) -> Vec<view::Thumbnail> {
+    pub(crate) fn thumbnails(&self) -> Vec<view::Thumbnail> {
         let Some(described) = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref()) else {
             return Vec::new();
         };
@@ -143,7 +143,7 @@ impl PanelData {
 
     /// Notes the materials of a world, if they differ from the known ones.
     #[expect(clippy::cast_possible_truncation, reason = "a world has at most `MAX_MATERIALS` materials besides air")]
-    pub fn palette(&mut self, scene: &Scene) {
+    pub(crate) fn palette(&mut self, scene: &Scene) {
         // Index 0 is air, which no brush has.
         if self.swatches.len() + 1 == scene.materials.len().max(1) {
             return;
@@ -157,12 +157,12 @@ impl PanelData {
     }
 
     /// The materials, as [`PanelData::palette`] has noted them.
-    pub fn swatches(&self) -> &[Swatch] {
+    pub(crate) fn swatches(&self) -> &[Swatch] {
         &self.swatches
     }
 
     /// The passes with their times.
-    pub fn passes(&self, session: &Session) -> Vec<Pass<'_>> {
+    pub(crate) fn passes(&self, session: &Session) -> Vec<Pass<'_>> {
         let pass = |(row, state)| {
             let Row { name, after, groups, place, output, .. }: &Row = row;
             Pass { name, after, groups, place, output: *output, times: self.passes.get(name), state }
@@ -175,30 +175,30 @@ impl PanelData {
     }
 
     /// A pass that is switched off.
-    pub fn off(&self, session: &Session) -> Option<String> {
+    pub(crate) fn off(&self, session: &Session) -> Option<String> {
         let (mut rows, outcomes) = (self.plan.iter().flat_map(|described| &described.rows), session.outcomes());
         rows.find(|row| state(row, &outcomes) == PassState::Off).map(|row| row.name.clone())
     }
 
     /// Targets and buffers.
-    pub fn resources(&self) -> &[view::Resource] {
+    pub(crate) fn resources(&self) -> &[view::Resource] {
         let described = self.held.as_ref().map(|(described, _)| described).or(self.plan.as_ref());
         described.map_or(&[], |described| &described.resources)
     }
 
     /// The params with their values.
-    pub fn params(&self, session: &Session) -> Vec<Param> {
+    pub(crate) fn params(&self, session: &Session) -> Vec<Param> {
         params(session, |param| self.default_file(param))
     }
 
     /// Project path of the file that the default of a param stands in.
-    pub fn default_file(&self, param: &raxel_graph::checked::Param) -> String {
+    pub(crate) fn default_file(&self, param: &raxel_graph::checked::Param) -> String {
         let known = self.plan.as_ref().and_then(|described| described.defaults.get(&param.name));
         known.cloned().unwrap_or_else(|| param.place.file.to_string())
     }
 
     /// Times, memory, scale.
-    pub fn frame(&self, session: &Session, fps_cap: Option<u32>) -> Frame<'_> {
+    pub(crate) fn frame(&self, session: &Session, fps_cap: Option<u32>) -> Frame<'_> {
         let (memory, saved) = self.plan.as_ref().map_or((0, 0), |described| (described.memory, described.saved));
         Frame {
             interval: Some(&self.interval),
@@ -252,14 +252,14 @@ fn loading(session: &Session) -> Option<Loading> {
 }
 
 /// The resource that a debug target shows; an empty one stands for the graph's own.
-pub fn shown(target: &DebugTarget, graph: &Graph) -> Shown {
+pub(crate) fn shown(target: &DebugTarget, graph: &Graph) -> Shown {
     let resource =
         if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource }.clone();
     Shown { resource, age: target.age, mip: target.mip, layer: target.layer, after: target.after.clone() }
 }
 
 /// The debug target that shows it.
-pub fn debug_target(shown: &Shown) -> DebugTarget {
+pub(crate) fn debug_target(shown: &Shown) -> DebugTarget {
     DebugTarget {
         resource: shown.resource.clone(),
         age: shown.age,
@@ -304,7 +304,7 @@ fn kind(value: &Value) -> ComponentKind {
 }
 
 /// World and camera.
-pub fn world(session: &Session, speed: f64) -> World<'static> {
+pub(crate) fn world(session: &Session, speed: f64) -> World<'static> {
     let (world, camera) = (session.world(), session.camera());
     World {
         path: world.path.clone(),
@@ -321,14 +321,14 @@ pub fn world(session: &Session, speed: f64) -> World<'static> {
 }
 
 /// Material and place of a voxel that was met.
-pub fn under(session: &Session, hit: &CastHit) -> String {
+pub(crate) fn under(session: &Session, hit: &CastHit) -> String {
     let [x, y, z] = hit.exact.voxel;
     let name = session.scene().materials.get(usize::from(hit.exact.material)).map_or("?", |material| &material.name);
     format!("{name} at {x}, {y}, {z}, {:.1} voxels away", hit.distance)
 }
 
 /// The demo. `looped` is the user's choice.
-pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
+pub(crate) fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
     let demo = session.demo()?;
     let now = session.clock().now().map_or(Moment::START, |now| now.time);
     let params = demo.tracks.iter().map(|driven| {
@@ -359,7 +359,7 @@ pub fn timeline(session: &Session, looped: Option<bool>) -> Option<Timeline> {
 }
 
 /// The track of a demo that a row of the panel stands for.
-pub fn lane(lane: &Lane) -> demo::Lane {
+pub(crate) fn lane(lane: &Lane) -> demo::Lane {
     match lane {
         Lane::Camera => demo::Lane::Camera,
         Lane::Param(name) => demo::Lane::Param(name.clone()),

@@ -5,7 +5,7 @@ use raxel_execute::{Region, Texels};
 use super::locate::scaled;
 
 /// Most pins at once.
-pub const MOST: usize = 8;
+pub(crate) const MOST: usize = 8;
 
 /// Pixels of the output from a pin within which the cursor is on it.
 const REACH: f64 = 6.0;
@@ -45,7 +45,7 @@ pub(crate) enum Pressed {
 
 /// The pins, in the order of their numbers.
 #[derive(Debug, Default)]
-pub struct Pins {
+pub(crate) struct Pins {
     pins: Vec<Pin>,
     /// Number of the active one.
     active: u32,
@@ -53,17 +53,17 @@ pub struct Pins {
 
 impl Pins {
     /// All of them.
-    pub fn all(&self) -> &[Pin] {
+    pub(crate) fn all(&self) -> &[Pin] {
         &self.pins
     }
 
     /// The one whose history is shown.
-    pub fn active(&self) -> Option<Pin> {
+    pub(crate) fn active(&self) -> Option<Pin> {
         self.pins.iter().copied().find(|pin| pin.number == self.active)
     }
 
     /// Pins a texel, which becomes the active one. False when there are [`MOST`] pins.
-    pub fn add(&mut self, texel: [u32; 2], extent: [u32; 2]) -> bool {
+    pub(crate) fn add(&mut self, texel: [u32; 2], extent: [u32; 2]) -> bool {
         if self.pins.len() >= MOST {
             return false;
         }
@@ -77,7 +77,7 @@ impl Pins {
     }
 
     /// Pins what a search has found, in place of the active pin if a search has pinned that, too, or if there is no room for another.
-    pub fn add_found(&mut self, texel: [u32; 2], extent: [u32; 2]) {
+    pub(crate) fn add_found(&mut self, texel: [u32; 2], extent: [u32; 2]) {
         let replaces = self.active().is_some_and(|pin| pin.found) || !self.add(texel, extent);
         if replaces {
             self.go(self.active, texel, extent);
@@ -88,21 +88,21 @@ impl Pins {
     }
 
     /// Puts a pin elsewhere.
-    pub fn go(&mut self, number: u32, texel: [u32; 2], extent: [u32; 2]) {
+    pub(crate) fn go(&mut self, number: u32, texel: [u32; 2], extent: [u32; 2]) {
         if let Some(pin) = self.pins.iter_mut().find(|pin| pin.number == number) {
             (pin.texel, pin.extent, pin.found) = (texel, extent, false);
         }
     }
 
     /// Makes a pin the active one.
-    pub fn choose(&mut self, number: u32) {
+    pub(crate) fn choose(&mut self, number: u32) {
         if self.pins.iter().any(|pin| pin.number == number) {
             self.active = number;
         }
     }
 
     /// Lets go of a pin. If it was the active one, the one before it is.
-    pub fn remove(&mut self, number: u32) {
+    pub(crate) fn remove(&mut self, number: u32) {
         self.pins.retain(|pin| pin.number != number);
         if self.active == number {
             let before = self.pins.iter().rev().find(|pin| pin.number < number).or(self.pins.first());
@@ -111,7 +111,7 @@ impl Pins {
     }
 
     /// The pin of a texel, or within some pixels of the output around the cursor: the nearest one.
-    pub fn under(
+    pub(crate) fn under(
         &self,
         texels: &Texels,
         at: [u32; 2],

@@ -51,7 +51,7 @@ impl Open {
     /// For a window that shows the pictures of `device`. A software device has one queue, and its presenting waits for all work in it. So
     /// another device presents there, and the panels answer while the first one works. A GPU presents by itself if it can. If it cannot
     /// (it has no display, and the window is on a server that does not know it), the best capable device presents.
-    pub fn on(
+    pub(crate) fn on(
         device: &Arc<Device>,
         with: Option<&PresentWith>,
         window: &Arc<Window>,

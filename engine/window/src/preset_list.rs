@@ -4,7 +4,7 @@ use raxel_panels::view::{Param, Preset};
 use raxel_workbench::presets::{Presets, Values};
 
 /// The presets of a graph, beside the values that its params have now.
-pub fn view(presets: &Presets, graph: &str, params: &[Param]) -> Vec<Preset> {
+pub(crate) fn view(presets: &Presets, graph: &str, params: &[Param]) -> Vec<Preset> {
     let preset = |(name, values): (&str, &Values)| {
         let differing = params.iter().filter_map(|param| {
             let then = values.get(&param.name).filter(|then| **then != param.value)?;

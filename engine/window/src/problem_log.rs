@@ -6,7 +6,7 @@ use raxel_panels::view::Problem;
 use raxel_terminal::prints::lines;
 
 /// The diagnostics as the panel shows them.
-pub fn problems(diagnostics: &[Diagnostic], texts: &SourceMap) -> Vec<Problem> {
+pub(crate) fn problems(diagnostics: &[Diagnostic], texts: &SourceMap) -> Vec<Problem> {
     let problem = |diagnostic: &Diagnostic| Problem {
         error: diagnostic.severity == Severity::Error,
         place: diagnostic.labels.first().map(|label| match texts.get(&label.span.file) {
@@ -26,7 +26,7 @@ pub fn problems(diagnostics: &[Diagnostic], texts: &SourceMap) -> Vec<Problem> {
 const LINES: usize = 20;
 
 /// Prints of passes, as the panel shows them below the mistakes.
-pub fn prints(printed: &[PassPrints]) -> Vec<Problem> {
+pub(crate) fn prints(printed: &[PassPrints]) -> Vec<Problem> {
     let problem = |prints: &PassPrints| {
         let place = prints.lines.first().and_then(|line| line.place.as_ref());
         let mut shown = lines(prints);

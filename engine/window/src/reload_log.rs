@@ -9,7 +9,7 @@ use serde_json::json;
 pub(super) const STARTED_OVER: &str = "targets and buffers start over at `init`, histories and simulations with them";
 
 /// Reports the events and keeps the title's part of them.
-pub struct ReloadLog<'a> {
+pub(crate) struct ReloadLog<'a> {
     console: &'a Console,
     /// Generation that runs.
     pub shown: u64,
@@ -19,12 +19,12 @@ pub struct ReloadLog<'a> {
 
 impl<'a> ReloadLog<'a> {
     /// Nothing has happened yet.
-    pub fn new(console: &'a Console) -> Self {
+    pub(crate) fn new(console: &'a Console) -> Self {
         Self { console, shown: 0, failed: None }
     }
 
     /// Something happened.
-    pub fn tell(&mut self, event: &ReloadEvent) {
+    pub(crate) fn tell(&mut self, event: &ReloadEvent) {
         let json = self.console.format() == Format::Json;
         match event {
             ReloadEvent::Reloaded(reloaded) => {
@@ -92,7 +92,7 @@ impl<'a> ReloadLog<'a> {
     }
 
     /// A debug target or size that no plan can be made for.
-    pub fn refused(&self, error: &FrameError) {
+    pub(crate) fn refused(&self, error: &FrameError) {
         if let FrameError::Plan { diagnostics, texts } = error {
             self.console.diagnostics(diagnostics, texts, To::Stderr);
         }

@@ -13,7 +13,7 @@ const KEPT: usize = 240;
 
 /// A texel that is followed, and what is known of it.
 #[derive(Default)]
-pub struct TexelHistory {
+pub(crate) struct TexelHistory {
     of: Option<TracedTexel>,
     on_their_way: VecDeque<ReadTicket<TexelTrace>>,
     newest: Option<TexelTrace>,
@@ -25,7 +25,7 @@ pub struct TexelHistory {
 
 impl TexelHistory {
     /// Before a frame: follows a texel, or none. What was known of another one is forgotten.
-    pub fn follow(&mut self, session: &mut Session, texel: Option<TracedTexel>) {
+    pub(crate) fn follow(&mut self, session: &mut Session, texel: Option<TracedTexel>) {
         if self.of != texel {
             let writers = self.writers.as_ref().map(|_| Vec::new());
             *self = Self { of: texel.clone(), writers, ..Self::default() };
@@ -37,7 +37,7 @@ impl TexelHistory {
     }
 
     /// Asks for the writers of the followed texel from the next frame on, or no more.
-    pub fn find_writers(&mut self, session: &mut Session, on: bool) {
+    pub(crate) fn find_writers(&mut self, session: &mut Session, on: bool) {
         self.writers = on.then(Vec::new);
         if !on {
             session.find_writers(None);
@@ -45,12 +45,12 @@ impl TexelHistory {
     }
 
     /// The panel's view of the writers.
-    pub fn view_writers(&self) -> Option<Vec<view::PassWriters>> {
+    pub(crate) fn view_writers(&self) -> Option<Vec<view::PassWriters>> {
         Some(self.writers.as_ref()?.iter().map(writers_of).collect())
     }
 
     /// After a frame: takes what has come.
-    pub fn take(&mut self, session: &mut Session) {
+    pub(crate) fn take(&mut self, session: &mut Session) {
         if let Some(writers) = &mut self.writers {
             *writers = session.writers();
         }
@@ -76,7 +76,7 @@ impl TexelHistory {
     }
 
     /// The panel's view, with one channel over frames; `None` before anything is known.
-    pub fn view(&self, channel: u32) -> Option<view::TexelHistory> {
+    pub(crate) fn view(&self, channel: u32) -> Option<view::TexelHistory> {
         let writes = self.newest.as_ref()?.writes.iter().map(|write| view::PassTexel {
             pass: write.pass.clone(),
             values: texel(&write.texel, [0, 0])

@@ -4,7 +4,7 @@ use raxel_panels::view::Busy;
 
 /// The state that the title shows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Title {
+pub(crate) struct Title {
     /// Name of the graph.
     pub graph: String,
     /// Debug target.
@@ -33,7 +33,7 @@ pub struct Title {
 
 impl Title {
     /// The text.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut parts = vec![self.graph.clone(), self.target.clone()];
         parts.extend(self.milliseconds.map(|ms| format!("{ms:.1} ms")));
         if self.paused {

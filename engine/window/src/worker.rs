@@ -5,7 +5,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 /// The thread, the job that it takes next, and its results.
-pub struct Worker<Job, Done> {
+pub(crate) struct Worker<Job, Done> {
     desk: Arc<Desk<Job>>,
     done: Receiver<Done>,
     thread: Option<JoinHandle<()>>,
@@ -23,7 +23,7 @@ struct Next<Job> {
 
 impl<Job: Send + 'static, Done: Send + 'static> Worker<Job, Done> {
     /// A thread that does `work` for each job that it takes. The work sends its results as they come.
-    pub fn new(mut work: impl FnMut(Job, &Sender<Done>) + Send + 'static) -> Self {
+    pub(crate) fn new(mut work: impl FnMut(Job, &Sender<Done>) + Send + 'static) -> Self {
         let desk = Arc::new(Desk { next: Mutex::new(Next { job: None, closed: false }), changed: Condvar::new() });
         let (send, done) = channel();
         let theirs = desk.clone();
@@ -36,13 +36,13 @@ impl<Job: Send + 'static, Done: Send + 'static> Worker<Job, Done> {
     }
 
     /// Hands a job over. An older one that was not begun is dropped.
-    pub fn ask(&self, job: Job) {
+    pub(crate) fn ask(&self, job: Job) {
         self.desk.lock().job = Some(job);
         self.desk.changed.notify_one();
     }
 
     /// The next result, if there is one. Does not wait.
-    pub fn done(&self) -> Option<Done> {
+    pub(crate) fn done(&self) -> Option<Done> {
         self.done.try_recv().ok()
     }
 }

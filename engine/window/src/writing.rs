@@ -44,7 +44,7 @@ impl Whole {
 
 impl Writings {
     /// Writes a file of this name and extension in the current folder that does not exist yet.
-    pub fn write(&mut self, name: &str, extension: &str, write: impl FnOnce(&Path) -> Result + Send + 'static) {
+    pub(crate) fn write(&mut self, name: &str, extension: &str, write: impl FnOnce(&Path) -> Result + Send + 'static) {
         let path = free(name, extension, |path| self.0.iter().any(|writing| writing.path == path));
         let to = path.clone();
         self.0.push(Writing { path, thread: thread::spawn(move || write(&to)) });

@@ -6,7 +6,7 @@ use raxel_testing::Random;
 use super::{Feature, KnownDevice, LEAST, Subgroups};
 
 /// A device whose limits lie between the least of Vulkan 1.3 and those of the device below. The same seed makes the same device.
-pub fn random_device(seed: u64) -> KnownDevice {
+pub(crate) fn random_device(seed: u64) -> KnownDevice {
     let mut random = Random::new(seed);
     let mut between = |least: u32, most: u32| least + random.below(most - least + 1);
     let limits = KnownDevice {

@@ -22,7 +22,7 @@ pub(crate) struct Args {
 
 impl Args {
     /// Whether a program drives the window.
-    pub fn is_driven(&self) -> bool {
+    pub(crate) fn is_driven(&self) -> bool {
         self.window.control
     }
 }

@@ -2,11 +2,11 @@
 
 #![allow(dead_code, unused_imports, reason = "each test file uses a part of this")]
 
-pub mod python;
+pub(crate) mod python;
 #[cfg(feature = "cloud")]
-pub mod s3;
+pub(crate) mod s3;
 #[cfg(feature = "cloud")]
-pub mod web;
+pub(crate) mod web;
 
 use std::sync::Arc;
 
@@ -15,26 +15,26 @@ use raxel_diagnostics::{MemoryFiles, SourceMap};
 use raxel_world::{Bounds, ChunkPos, ChunkProvider, Content};
 
 /// Cells along an edge of a shard: two chunks.
-pub const EDGE: u32 = 128;
-pub const LEVELS: u32 = 2;
+pub(crate) const EDGE: u32 = 128;
+pub(crate) const LEVELS: u32 = 2;
 
 const LAND: &str = include_str!("../fixtures/common/land.toml");
 
 /// Land with caves, and a lamp.
-pub fn land() -> Arc<dyn ChunkProvider> {
+pub(crate) fn land() -> Arc<dyn ChunkProvider> {
     let files = MemoryFiles::new([("worlds/land.toml", LAND)]);
     let loaded = raxel_worldfile::load("worlds/land.toml", &files, &mut SourceMap::default());
     loaded.expect("it is right").0.stream.expect("it is streamed").generator
 }
 
 /// 8 shards of single voxels and 8 of coarse cells, around the origin.
-pub fn plan(land: &dyn ChunkProvider) -> Plan {
+pub(crate) fn plan(land: &dyn ChunkProvider) -> Plan {
     let region = Bounds { min: [-100, -100, -100], max: [100, 80, 100] };
     Plan::new("land", "0123", land.materials().to_vec(), region, EDGE, LEVELS).expect("it can be baked")
 }
 
 /// The cells of a level of the plan, z slowest, then y, as 16-bit palette indices, with their number along each axis: z, y, x.
-pub fn cells(land: &dyn ChunkProvider, plan: &Plan, level: u32) -> (Vec<u16>, [usize; 3]) {
+pub(crate) fn cells(land: &dyn ChunkProvider, plan: &Plan, level: u32) -> (Vec<u16>, [usize; 3]) {
     let of = plan.levels()[level as usize];
     let chunks = of.shards.map(|count| count as usize * EDGE as usize / 64);
     let [x, y, z] = chunks.map(|count| count * 64);
@@ -59,7 +59,7 @@ pub fn cells(land: &dyn ChunkProvider, plan: &Plan, level: u32) -> (Vec<u16>, [u
 }
 
 /// Every tile of the levels, those around the region included.
-pub fn tiles(plan: &Plan) -> Vec<(u32, ChunkPos)> {
+pub(crate) fn tiles(plan: &Plan) -> Vec<(u32, ChunkPos)> {
     let mut tiles = Vec::new();
     for level in plan.levels() {
         let first = level.first.map(|c| c * EDGE as i32 / 64);
@@ -74,7 +74,7 @@ pub fn tiles(plan: &Plan) -> Vec<(u32, ChunkPos)> {
 }
 
 /// Whether a tile is in the region.
-pub fn is_inside(plan: &Plan, (level, pos): (u32, ChunkPos)) -> bool {
+pub(crate) fn is_inside(plan: &Plan, (level, pos): (u32, ChunkPos)) -> bool {
     let of = plan.levels()[level as usize];
     let edge = EDGE as i32 / 64;
     let pos = [pos.x, pos.y, pos.z];
@@ -82,13 +82,13 @@ pub fn is_inside(plan: &Plan, (level, pos): (u32, ChunkPos)) -> bool {
 }
 
 /// A tile of the region that has solid cells.
-pub fn solid_tile(land: &dyn ChunkProvider, plan: &Plan) -> (u32, ChunkPos) {
+pub(crate) fn solid_tile(land: &dyn ChunkProvider, plan: &Plan) -> (u32, ChunkPos) {
     let solid =
         |tile: &(u32, ChunkPos)| is_inside(plan, *tile) && land.try_chunk(tile.0, tile.1).unwrap().to_chunk().is_some();
     tiles(plan).into_iter().find(solid).expect("there is land")
 }
 
 /// The answer of a source about a tile of the plan.
-pub fn expected(land: &dyn ChunkProvider, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
+pub(crate) fn expected(land: &dyn ChunkProvider, plan: &Plan, tile: (u32, ChunkPos)) -> Content {
     if is_inside(plan, tile) { land.try_chunk(tile.0, tile.1).unwrap() } else { Content::Empty }
 }

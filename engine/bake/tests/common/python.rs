@@ -13,13 +13,13 @@ const INSTALLING: Duration = Duration::from_secs(300);
 const RUNNING: Duration = Duration::from_secs(120);
 
 /// A Python that has the packages. `None`, with the reason printed, where they cannot be had.
-pub struct Python {
+pub(crate) struct Python {
     packages: PathBuf,
 }
 
 impl Python {
     /// `name` is that of the folder of the packages; `packages` are what pip is asked for, versions included.
-    pub fn with(name: &str, packages: &[&str]) -> Option<Self> {
+    pub(crate) fn with(name: &str, packages: &[&str]) -> Option<Self> {
         match Self::install(name, packages) {
             Ok(python) => Some(python),
             Err(reason) => {
@@ -58,14 +58,14 @@ impl Python {
     }
 
     /// A command line of this Python.
-    pub fn command(&self) -> Command {
+    pub(crate) fn command(&self) -> Command {
         let mut command = Command::new("python3");
         command.env("PYTHONPATH", &self.packages).env("PYTHONDONTWRITEBYTECODE", "1").stdin(Stdio::null());
         command
     }
 
     /// Runs a script, which must succeed.
-    pub fn run(&self, script: &str, arguments: &[&str], environment: &[(&str, &str)]) {
+    pub(crate) fn run(&self, script: &str, arguments: &[&str], environment: &[(&str, &str)]) {
         let mut command = self.command();
         command.args(["-c", script]).args(arguments).envs(environment.iter().copied());
         let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();

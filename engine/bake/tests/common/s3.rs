@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 /// How long the server may take to answer after its start.
 const START: Duration = Duration::from_secs(20);
 /// The time between two runs of the server.
-pub const AWAY: Duration = Duration::from_millis(150);
+pub(crate) const AWAY: Duration = Duration::from_millis(150);
 
 /// A server on a folder. Its buckets are the folders in there; `worlds` is one.
-pub struct Server {
+pub(crate) struct Server {
     folder: tempfile::TempDir,
     port: u16,
     child: Mutex<Child>,
@@ -23,7 +23,7 @@ pub struct Server {
 
 impl Server {
     /// Starts one on a free port.
-    pub fn start() -> Self {
+    pub(crate) fn start() -> Self {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("worlds")).unwrap();
         // No other process has this port, unless one takes it between here and there.
@@ -33,12 +33,12 @@ impl Server {
     }
 
     /// Where it keeps its buckets.
-    pub fn folder(&self) -> &Path {
+    pub(crate) fn folder(&self) -> &Path {
         self.folder.path()
     }
 
     /// Variables that give a program the server's address and its own credentials.
-    pub fn environment(&self) -> [(String, String); 4] {
+    pub(crate) fn environment(&self) -> [(String, String); 4] {
         [
             ("AWS_ENDPOINT_URL", format!("http://127.0.0.1:{}", self.port)),
             ("AWS_ACCESS_KEY_ID", "test".to_owned()),
@@ -49,14 +49,14 @@ impl Server {
     }
 
     /// Kills it while it works. It starts again when the answer is dropped.
-    pub fn away(&self) -> Away<'_> {
+    pub(crate) fn away(&self) -> Away<'_> {
         let mut child = self.child.lock().unwrap();
         kill(&mut child);
         Away { server: self, child }
     }
 
     /// The number of its restarts since the last call.
-    pub fn take_restarts(&self) -> usize {
+    pub(crate) fn take_restarts(&self) -> usize {
         self.restarts.swap(0, Ordering::Relaxed)
     }
 }
@@ -70,7 +70,7 @@ impl Drop for Server {
 }
 
 /// The time between two lives of a server.
-pub struct Away<'a> {
+pub(crate) struct Away<'a> {
     server: &'a Server,
     child: MutexGuard<'a, Child>,
 }
@@ -105,7 +105,7 @@ fn kill(child: &mut Child) {
 }
 
 /// Restarts the server again and again until the work is done.
-pub fn restarted<T: Send>(server: &Server, work: impl FnOnce() -> T + Send) -> T {
+pub(crate) fn restarted<T: Send>(server: &Server, work: impl FnOnce() -> T + Send) -> T {
     std::thread::scope(|scope| {
         let work = scope.spawn(work);
         while !work.is_finished() {

@@ -10,7 +10,7 @@ use raxel_world::random::SplitMix64;
 
 /// How a request is answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub(crate) enum Answer {
     Right,
     /// With this status only.
     Status(u16),
@@ -79,7 +79,7 @@ use Answer::{
 };
 
 /// Every lie.
-pub const LIES: [Answer; 35] = [
+pub(crate) const LIES: [Answer; 35] = [
     Status(500),
     Status(503),
     Status(429),
@@ -119,13 +119,13 @@ pub const LIES: [Answer; 35] = [
 
 impl Answer {
     /// Whether only a limit of time ends it.
-    pub fn is_slow(self) -> bool {
+    pub(crate) fn is_slow(self) -> bool {
         matches!(self, Stall | HalfStall | Drip | Endless | Huge)
     }
 }
 
 /// The answers to the next requests.
-pub enum Plan {
+pub(crate) enum Plan {
     /// These, the first one first, and right afterwards.
     Then(Vec<Answer>),
     /// Always this.
@@ -149,14 +149,14 @@ impl Plan {
 }
 
 /// A server that ends with the test.
-pub struct WebServer {
+pub(crate) struct WebServer {
     pub address: String,
     plan: Arc<Mutex<(Plan, usize)>>,
 }
 
 impl WebServer {
     /// Serves one folder; [`Changed`] answers come from another one.
-    pub fn start(folder: PathBuf, other: PathBuf) -> Self {
+    pub(crate) fn start(folder: PathBuf, other: PathBuf) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let plan = Arc::new(Mutex::new((Plan::Then(Vec::new()), 0)));
@@ -170,12 +170,12 @@ impl WebServer {
         server
     }
 
-    pub fn answers(&self, plan: Plan) {
+    pub(crate) fn answers(&self, plan: Plan) {
         self.plan.lock().unwrap().0 = plan;
     }
 
     /// Requests so far.
-    pub fn requests(&self) -> usize {
+    pub(crate) fn requests(&self) -> usize {
         self.plan.lock().unwrap().1
     }
 }

@@ -22,7 +22,7 @@ pub(super) struct More {
 }
 
 impl More {
-    pub fn count(self) -> usize {
+    pub(crate) fn count(self) -> usize {
         self.errors + self.warnings
     }
 }

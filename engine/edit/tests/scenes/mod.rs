@@ -10,16 +10,16 @@ use raxel_world::random::mix;
 use raxel_world::{Bounds, Material, MaterialIndex, Mode, Orientation, World};
 
 /// Materials of the world besides air.
-pub const MATERIALS: u16 = 5;
+pub(crate) const MATERIALS: u16 = 5;
 
-pub fn materials() -> Vec<Material> {
+pub(crate) fn materials() -> Vec<Material> {
     std::iter::once(Material::air())
         .chain((1..=MATERIALS).map(|i| Material::matt(format!("m{i}"), [f32::from(i) / 8.0; 3])))
         .collect()
 }
 
 /// Rough ground over a few chunks.
-pub fn world() -> World {
+pub(crate) fn world() -> World {
     let ground = (-40..100).flat_map(|x| (-40..100).map(move |z| (x, z))).flat_map(|(x, z)| {
         let top = (mix((x / 7 * 1000 + z / 5) as u64) % 30) as i32 - 10;
         (top - 12..top).map(move |y| (IVec3::new(x, y, z), 1 + (mix((x ^ y ^ z) as u64) % 4) as MaterialIndex))
@@ -28,7 +28,7 @@ pub fn world() -> World {
 }
 
 /// The world's materials and one model without symmetries.
-pub fn scene() -> Scene {
+pub(crate) fn scene() -> Scene {
     let voxels = [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [0, 2, 0], [0, 3, 0], [0, 0, 70], [-5, 1, 0]];
     let voxels = voxels.iter().enumerate().map(|(i, cell)| (IVec3::from_array(*cell), 1 + (i % 2) as MaterialIndex));
     let model = World::from_voxels(materials(), voxels);
@@ -36,10 +36,10 @@ pub fn scene() -> Scene {
 }
 
 /// Random numbers that are the same each time.
-pub struct Random(pub u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
-    pub fn next(&mut self, below: u64) -> u64 {
+    pub(crate) fn next(&mut self, below: u64) -> u64 {
         self.0 = self.0.wrapping_add(1);
         mix(self.0) % below
     }
@@ -71,7 +71,7 @@ impl Random {
     }
 
     /// Any operation but `Put`.
-    pub fn operation(&mut self) -> Operation {
+    pub(crate) fn operation(&mut self) -> Operation {
         match self.next(48) {
             47 => Operation::Box { bounds: self.bounds(150), brush: self.brush() },
             0..30 => {

@@ -92,7 +92,7 @@ fn a_swap_keeps_what_is_described_alike() {
 }
 
 /// A chain of `length` passes. Each scales the output of the one before it and adds `frame.index` where `moving`.
-pub fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
+pub(crate) fn chain(length: usize, moving: &[usize]) -> Vec<(String, String)> {
     let mut toml = r#"name = "chain"
 present = "color"
 [params.gain]

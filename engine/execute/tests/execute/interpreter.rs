@@ -13,7 +13,7 @@ use crate::random_shaders::Kind;
 
 /// The inputs of a frame.
 #[derive(Clone, Copy)]
-pub struct Given {
+pub(crate) struct Given {
     pub frame: u32,
     pub time: f32,
     pub params: [f32; 2],
@@ -22,12 +22,12 @@ pub struct Given {
 }
 
 /// The words of every mip of one copy.
-pub type Contents = Vec<Vec<u32>>;
+pub(crate) type Contents = Vec<Vec<u32>>;
 
 /// Every copy of a resource, the current one first.
 type Copies = VecDeque<Contents>;
 
-pub struct Interpreter<'a> {
+pub(crate) struct Interpreter<'a> {
     graph: &'a Graph,
     copies: Vec<Copies>,
     /// By pass: it has run.
@@ -38,7 +38,7 @@ pub struct Interpreter<'a> {
 
 impl<'a> Interpreter<'a> {
     /// Before the first frame. `supplied` gives the contents of sources and their copies.
-    pub fn new(graph: &'a Graph, supplied: impl Fn(&str) -> Vec<u32>) -> Self {
+    pub(crate) fn new(graph: &'a Graph, supplied: impl Fn(&str) -> Vec<u32>) -> Self {
         let copies = graph.resources.iter().map(|resource| {
             let contents = match resource.kind.supplied_by() {
                 Some(source) => vec![supplied(source)],
@@ -50,12 +50,12 @@ impl<'a> Interpreter<'a> {
     }
 
     /// A resource as it was this number of frames (or ticks) ago.
-    pub fn contents(&self, resource: usize, age: usize) -> &Contents {
+    pub(crate) fn contents(&self, resource: usize, age: usize) -> &Contents {
         &self.copies[resource][age]
     }
 
     /// Replaces words of everything that comes from a source.
-    pub fn supply(&mut self, wanted: impl Fn(&Resource) -> bool, words: impl Fn(&mut [u32])) {
+    pub(crate) fn supply(&mut self, wanted: impl Fn(&Resource) -> bool, words: impl Fn(&mut [u32])) {
         for (resource, copies) in self.graph.resources.iter().zip(&mut self.copies) {
             if wanted(resource) {
                 words(&mut copies[0][0]);
@@ -64,7 +64,7 @@ impl<'a> Interpreter<'a> {
     }
 
     /// Runs a frame.
-    pub fn frame(&mut self, given: &Given) {
+    pub(crate) fn frame(&mut self, given: &Given) {
         self.begin(|resource| resource.clock.is_none(), true);
         let of_clock = |pass: &Pass| matches!(pass.every, Some(Every::Clock(_)));
         let passes: Vec<usize> = (0..self.graph.passes.len()).collect();
@@ -211,12 +211,12 @@ fn word(clear: Clear) -> u32 {
 }
 
 /// Whether a pass binds a resource.
-pub fn is_touched(graph: &Graph, resource: usize) -> bool {
+pub(crate) fn is_touched(graph: &Graph, resource: usize) -> bool {
     graph.passes.iter().flat_map(|pass| &pass.accesses).any(|access| access.resource.0 as usize == resource)
 }
 
 /// Whether a pass stores to a resource.
-pub fn is_written(graph: &Graph, resource: usize) -> bool {
+pub(crate) fn is_written(graph: &Graph, resource: usize) -> bool {
     let writes = |access: &BoundAccess| access.resource.0 as usize == resource && access.access.writes();
     graph.passes.iter().flat_map(|pass| &pass.accesses).any(writes)
 }

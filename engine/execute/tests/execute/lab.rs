@@ -18,7 +18,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
 /// A device with an executor. When it is dropped, any message of the validation layer fails the test.
-pub struct Lab {
+pub(crate) struct Lab {
     pub device: Arc<Device>,
     pub executor: Executor,
     pub sources: Sources,
@@ -26,7 +26,7 @@ pub struct Lab {
 }
 
 /// How a graph is planned.
-pub struct Planned<'a> {
+pub(crate) struct Planned<'a> {
     pub output: [u32; 2],
     /// Voxels of the world along each axis.
     pub world: [u32; 3],
@@ -54,11 +54,11 @@ impl Default for Planned<'_> {
 }
 
 impl Lab {
-    pub fn new() -> Lab {
+    pub(crate) fn new() -> Lab {
         Lab::with(ExecutorOptions::default())
     }
 
-    pub fn with(options: ExecutorOptions) -> Lab {
+    pub(crate) fn with(options: ExecutorOptions) -> Lab {
         let device = Device::new(&DeviceOptions { device: None, validation: Validation::Required });
         let device =
             device.expect("these tests need a Vulkan driver and the validation layer: ./raxel test installs both");
@@ -66,7 +66,7 @@ impl Lab {
         Lab { device, executor, sources: Sources::new(), expect_messages: false }
     }
 
-    pub fn plan(&self, graph: &Arc<Graph>, how: &Planned<'_>) -> Arc<Plan> {
+    pub(crate) fn plan(&self, graph: &Arc<Graph>, how: &Planned<'_>) -> Arc<Plan> {
         let find = |name: &str| graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"));
         let pinned: Vec<ResourceId> = how.pinned.iter().map(|name| find(name)).collect();
         let sizes = self.sources.sizes();
@@ -89,7 +89,7 @@ impl Lab {
     }
 
     /// Supplies a buffer of the graph with bytes, as the source `test.words`.
-    pub fn supply(&mut self, resource: &str, bytes: &[u8]) -> Arc<ExternalResource> {
+    pub(crate) fn supply(&mut self, resource: &str, bytes: &[u8]) -> Arc<ExternalResource> {
         let builder = self.executor.builder();
         let buffer = builder.upload_buffer(bytes, "test words").expect("it fits");
         let source = builder.source("test.words", Some(buffer), None);
@@ -97,39 +97,39 @@ impl Lab {
         source
     }
 
-    pub fn prepare(&self, plan: &Arc<Plan>) -> Result<Prepared, ExecuteError> {
+    pub(crate) fn prepare(&self, plan: &Arc<Plan>) -> Result<Prepared, ExecuteError> {
         self.executor.builder().prepare(plan.clone(), &self.sources)
     }
 
     /// Compiles, plans, prepares, swaps in.
-    pub fn load(&mut self, files: &[(&str, &str)], how: &Planned<'_>) -> Arc<Plan> {
+    pub(crate) fn load(&mut self, files: &[(&str, &str)], how: &Planned<'_>) -> Arc<Plan> {
         let plan = self.plan(&graph(files), how);
         let prepared = self.prepare(&plan).unwrap_or_else(|error| panic!("{error}"));
         self.executor.swap(prepared);
         plan
     }
 
-    pub fn frame(&mut self) -> FrameReport {
+    pub(crate) fn frame(&mut self) -> FrameReport {
         self.frame_with(&Builtins::default(), &[])
     }
 
-    pub fn frame_with(&mut self, builtins: &Builtins, params: &[raxel_graph::checked::Value]) -> FrameReport {
+    pub(crate) fn frame_with(&mut self, builtins: &Builtins, params: &[raxel_graph::checked::Value]) -> FrameReport {
         let inputs = FrameInputs { builtins, params, overrides: &[], clock: Moment::START, disabled: &[] };
         self.executor.frame(&inputs).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    pub fn floats(&mut self, name: &str, age: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
+    pub(crate) fn floats(&mut self, name: &str, age: u32, mip: u32, layer: u32) -> Vec<[f32; 4]> {
         let resource = self.find(name);
         self.executor.read_target(resource, age, mip, layer).unwrap_or_else(|error| panic!("{error}")).floats()
     }
 
-    pub fn integers(&mut self, name: &str, mip: u32, layer: u32) -> Vec<[u32; 4]> {
+    pub(crate) fn integers(&mut self, name: &str, mip: u32, layer: u32) -> Vec<[u32; 4]> {
         let resource = self.find(name);
         let texels = self.executor.read_target(resource, 0, mip, layer).unwrap_or_else(|error| panic!("{error}"));
         texels.integers().expect("an integer format")
     }
 
-    pub fn words(&mut self, name: &str) -> Vec<u32> {
+    pub(crate) fn words(&mut self, name: &str) -> Vec<u32> {
         let resource = self.find(name);
         let plan = self.executor.plan().expect("a plan runs").clone();
         let size = plan
@@ -145,7 +145,7 @@ impl Lab {
         bytes.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect()
     }
 
-    pub fn find(&self, name: &str) -> ResourceId {
+    pub(crate) fn find(&self, name: &str) -> ResourceId {
         let plan = self.executor.plan().expect("a plan runs");
         plan.graph.find_resource(name).unwrap_or_else(|| panic!("no resource `{name}`"))
     }
@@ -163,12 +163,12 @@ impl Drop for Lab {
 }
 
 /// Compiles `graphs/test.toml` of the given files, with the source `test.words`: an array of `uint`, and an `r16ui` image.
-pub fn graph(files: &[(&str, &str)]) -> Arc<Graph> {
+pub(crate) fn graph(files: &[(&str, &str)]) -> Arc<Graph> {
     graph_with(files, Access::Read)
 }
 
 /// The same, with what passes may do with the source.
-pub fn graph_with(files: &[(&str, &str)], access: Access) -> Arc<Graph> {
+pub(crate) fn graph_with(files: &[(&str, &str)], access: Access) -> Arc<Graph> {
     let files = Arc::new(MemoryFiles::new(files.iter().copied()));
     let element = Box::new(Type::Scalar(Scalar::U32));
     let words =
@@ -194,7 +194,7 @@ fn present(graph: &Graph, text: &str) -> Present {
 }
 
 /// `frame.index` and `frame.time` as a session would set them.
-pub fn at(frame: u32) -> Builtins {
+pub(crate) fn at(frame: u32) -> Builtins {
     let builtins = Builtins { frame_index: frame, frame_time: frame as f32, ..Builtins::default() };
     assert_eq!(builtins.value(Builtin::FrameIndex), raxel_graph::checked::Value::U32(frame));
     builtins

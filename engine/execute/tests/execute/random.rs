@@ -23,9 +23,9 @@ use crate::random_shaders::{READS, WRITES, shader_name, shaders};
 const GRAPHS: u64 = 60;
 /// Graphs of the run with `--ignored`.
 const MANY: u64 = 3000;
-pub const FRAMES: u32 = 8;
+pub(crate) const FRAMES: u32 = 8;
 /// Seconds of the frames: at 20 ticks a second, 1, 1, 2, (0, a still frame,) 0, 3, 1 and 4 ticks are due.
-pub const TIMES: [f64; 8] = [0.0, 0.05, 0.15, 0.15, 0.16, 0.31, 0.36, 0.58];
+pub(crate) const TIMES: [f64; 8] = [0.0, 0.05, 0.15, 0.15, 0.16, 0.31, 0.36, 0.58];
 
 #[derive(Clone, Copy, PartialEq)]
 enum Sort {
@@ -45,9 +45,9 @@ enum Sort {
 }
 
 /// Sources of [`FLOATS`] numbers. The test writes parts of both between frames.
-pub const GIVEN: &str = "test.given";
-pub const OPEN: &str = "test.open";
-pub const FLOATS: usize = 64;
+pub(crate) const GIVEN: &str = "test.given";
+pub(crate) const OPEN: &str = "test.open";
+pub(crate) const FLOATS: usize = 64;
 
 struct Thing {
     name: String,
@@ -57,7 +57,7 @@ struct Thing {
 }
 
 /// A graph file. Most passes read the output of passes before them.
-pub fn graph_file(r: &mut Random) -> String {
+pub(crate) fn graph_file(r: &mut Random) -> String {
     let mut toml = "name = \"random\"\n".to_owned();
     let mut things: Vec<Thing> = Vec::new();
     // More than half of the graphs are chains, whose targets share memory; the others are as wild as can be.
@@ -282,7 +282,7 @@ fn run(lab: &mut Lab, graph: &Arc<Graph>, alias: bool, memo: bool, poison: bool)
 }
 
 /// Supplies a graph with its sources, fresh ones, so that every run finds the same.
-pub fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<ExternalResource>; 2] {
+pub(crate) fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<ExternalResource>; 2] {
     let builder = lab.executor.builder();
     let source = |name: &str, value: f32| {
         let buffer = builder.upload_buffer(bytemuck::cast_slice(&[value; FLOATS]), name).expect("it fits");
@@ -298,7 +298,7 @@ pub fn supply(lab: &mut Lab, graph: &Graph) -> [Arc<ExternalResource>; 2] {
 }
 
 /// The sources' facts for the compiler.
-pub fn layouts() -> Vec<SourceLayout> {
+pub(crate) fn layouts() -> Vec<SourceLayout> {
     let layout = |name: &str, access| {
         let element = Box::new(Type::Scalar(Scalar::F32));
         let values = Member {

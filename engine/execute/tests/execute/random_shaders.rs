@@ -2,7 +2,7 @@
 
 /// A way to bind a resource. Each is one letter of the shader's file name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub(crate) enum Kind {
     Sampled,
     ReadImage,
     ReadBuffer,
@@ -14,12 +14,12 @@ pub enum Kind {
 
 use Kind::*;
 
-pub const READS: [Kind; 3] = [Sampled, ReadImage, ReadBuffer];
-pub const WRITES: [Kind; 4] = [WriteImage, ReadWriteImage, WriteBuffer, WriteArguments];
+pub(crate) const READS: [Kind; 3] = [Sampled, ReadImage, ReadBuffer];
+pub(crate) const WRITES: [Kind; 4] = [WriteImage, ReadWriteImage, WriteBuffer, WriteArguments];
 
 impl Kind {
     /// The bindings of the shader of that path, in order.
-    pub fn of_shader(path: &str) -> Vec<Kind> {
+    pub(crate) fn of_shader(path: &str) -> Vec<Kind> {
         let letters = path.trim_start_matches("shaders/").trim_end_matches(".comp");
         let all = || READS.into_iter().chain(WRITES);
         letters.chars().filter_map(|letter| all().find(|kind| kind.letter() == letter)).collect()
@@ -75,7 +75,7 @@ impl Kind {
     }
 }
 
-pub fn shader_name(kinds: &[Kind]) -> String {
+pub(crate) fn shader_name(kinds: &[Kind]) -> String {
     format!("{}.comp", kinds.iter().map(|kind| kind.letter()).collect::<String>())
 }
 
@@ -94,7 +94,7 @@ fn shader(kinds: &[Kind]) -> String {
 }
 
 /// Up to two reads, then one or two writes, both in order.
-pub fn shaders() -> Vec<(String, String)> {
+pub(crate) fn shaders() -> Vec<(String, String)> {
     let up_to_two = |of: &[Kind], least: usize| {
         let mut sets: Vec<Vec<Kind>> = if least == 0 { vec![Vec::new()] } else { Vec::new() };
         for (i, a) in of.iter().enumerate() {

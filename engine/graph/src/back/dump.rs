@@ -80,7 +80,7 @@ pub(crate) enum After<'a> {
 
 impl After<'_> {
     /// The phase.
-    pub fn phase(&self) -> Phase {
+    pub(crate) fn phase(&self) -> Phase {
         match self {
             After::Sizes(_) => Phase::Sizes,
             After::Unroll(_) => Phase::Unroll,
@@ -94,7 +94,7 @@ impl After<'_> {
     }
 
     /// One line for each fact.
-    pub fn text(&self, graph: &Graph) -> String {
+    pub(crate) fn text(&self, graph: &Graph) -> String {
         let mut out = String::new();
         let name = |cull: &Cull, index: usize| words::name_of(graph, cull.used[index]).to_owned();
         match self {

@@ -39,7 +39,7 @@ pub(crate) struct ResourceAccess {
 
 impl ResourceAccess {
     /// Whether it stores.
-    pub fn writes(&self) -> bool {
+    pub(crate) fn writes(&self) -> bool {
         is_write(self.mask)
     }
 }

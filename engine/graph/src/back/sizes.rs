@@ -10,7 +10,7 @@ use crate::ir::plan::{DeviceLimits, PlanInput, SourceSize, WorldInput, copy_name
 use crate::ir::size::{Size, constant, full_chain, product};
 
 /// The sizes of all resources, in order of [`Graph::resources`].
-pub fn sizes(graph: &Graph, input: &PlanInput<'_>) -> Vec<Size> {
+pub(crate) fn sizes(graph: &Graph, input: &PlanInput<'_>) -> Vec<Size> {
     let from = From { graph, output: input.output, world: input.world.extent, sources: input.sources };
     (0..graph.resources.len()).map(|index| from.size(ResourceId(index32(index)), graph.resources.len())).collect()
 }
@@ -137,7 +137,7 @@ pub fn local_size(pass: &Pass, specialization: &[(u32, Value)]) -> [u32; 3] {
 }
 
 /// Workgroups of a pass, or `None` for an indirect dispatch.
-pub fn groups(
+pub(crate) fn groups(
     pass: &Pass,
     sizes: &[Size],
     constants: &[(u32, Value)],

@@ -12,22 +12,22 @@ pub(crate) struct SubresourceRange {
 
 impl SubresourceRange {
     /// All of a resource.
-    pub fn whole(size: &Size) -> SubresourceRange {
+    pub(crate) fn whole(size: &Size) -> SubresourceRange {
         SubresourceRange { mips: (0, size.mips()), layers: (0, size.layers()) }
     }
 
     /// The range of an access. The part outside of the resource is cut off (it is reported elsewhere).
-    pub fn of(access: &BoundAccess, size: &Size) -> SubresourceRange {
+    pub(crate) fn of(access: &BoundAccess, size: &Size) -> SubresourceRange {
         SubresourceRange { mips: clip(access.mips, size.mips()), layers: clip(access.layers, size.layers()) }
     }
 
     /// One mip of one layer.
-    pub fn one(mip: u32, layer: u32) -> SubresourceRange {
+    pub(crate) fn one(mip: u32, layer: u32) -> SubresourceRange {
         SubresourceRange { mips: (mip, mip + 1), layers: (layer, layer + 1) }
     }
 
     /// Whether both contain a common subresource.
-    pub fn overlaps(&self, other: &SubresourceRange) -> bool {
+    pub(crate) fn overlaps(&self, other: &SubresourceRange) -> bool {
         meets(self.mips, other.mips) && meets(self.layers, other.layers)
     }
 }
@@ -51,7 +51,7 @@ pub(crate) struct SubresourcePartition {
 
 impl SubresourcePartition {
     /// The coarsest partition in which each of `ranges` is a whole number of parts.
-    pub fn new(ranges: impl IntoIterator<Item = SubresourceRange>) -> SubresourcePartition {
+    pub(crate) fn new(ranges: impl IntoIterator<Item = SubresourceRange>) -> SubresourcePartition {
         let (mut mips, mut layers) = (Vec::new(), Vec::new());
         for range in ranges {
             mips.extend([range.mips.0, range.mips.1]);
@@ -65,12 +65,12 @@ impl SubresourcePartition {
     }
 
     /// Number of parts.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.mips.len().saturating_sub(1) * self.layers.len().saturating_sub(1)
     }
 
     /// The parts of a range that was given to [`SubresourcePartition::new`].
-    pub fn of(&self, range: SubresourceRange) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn of(&self, range: SubresourceRange) -> impl Iterator<Item = usize> + use<> {
         let part = |cuts: &[u32], at: u32| cuts.binary_search(&at).unwrap_or_else(|next| next);
         let mips = part(&self.mips, range.mips.0)..part(&self.mips, range.mips.1);
         let layers = part(&self.layers, range.layers.0)..part(&self.layers, range.layers.1);

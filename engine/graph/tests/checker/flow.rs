@@ -10,7 +10,7 @@ use super::graphs::{Case, OUTPUT, SOURCE_IMAGE, random};
 use super::sizes::of_world;
 
 /// Mips and layers of every resource.
-pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
+pub(crate) fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
     graph
         .resources
         .iter()
@@ -37,7 +37,7 @@ pub fn subresources(graph: &Graph) -> Vec<(u32, u32)> {
 }
 
 /// Every (mip, layer) that an access touches.
-pub fn touched(access: &BoundAccess, (mips, layers): (u32, u32)) -> Vec<(u32, u32)> {
+pub(crate) fn touched(access: &BoundAccess, (mips, layers): (u32, u32)) -> Vec<(u32, u32)> {
     let inside = |part: Interval, at: u32| (part.first..part.end()).contains(&at);
     let mut all = Vec::new();
     for mip in (0..mips).filter(|&mip| inside(access.mips, mip)) {
@@ -54,7 +54,7 @@ fn cleared(kind: &ResourceKind) -> bool {
 }
 
 /// Ranges of passes (of the file) that run together: those of a clock, and every other one alone.
-pub fn groups(graph: &Graph) -> Vec<(std::ops::Range<usize>, Option<ClockId>)> {
+pub(crate) fn groups(graph: &Graph) -> Vec<(std::ops::Range<usize>, Option<ClockId>)> {
     let mut groups: Vec<(std::ops::Range<usize>, Option<ClockId>)> = Vec::new();
     for (index, pass) in graph.passes.iter().enumerate() {
         let clock = if let Some(Every::Clock(clock)) = pass.every { Some(clock) } else { None };
@@ -155,7 +155,7 @@ impl<'a> Flow<'a> {
 /// Parts (resource, mip, layer) that passes touch and that carry contents over. In a frame of the whole graph, without culling, they
 /// still hold contents of the frame before, or of a pass that stores only now and then. The shown and pinned resources do not matter
 /// here.
-pub fn carried(case: &Case) -> BTreeSet<(u32, u32, u32)> {
+pub(crate) fn carried(case: &Case) -> BTreeSet<(u32, u32, u32)> {
     let graph = &case.graph;
     let mut flow = Flow::new(case, u64::MAX);
     let mut touched_by_any = BTreeSet::new();
@@ -236,7 +236,7 @@ fn needed(case: &Case, live: u64) -> u64 {
 }
 
 /// Faults in the choice and order of the steps.
-pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
+pub(crate) fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let graph = &case.graph;
     let mut faults = Vec::new();
     let live = plan.passes.iter().fold(0_u64, |set, pass| set | 1 << pass.pass.0);

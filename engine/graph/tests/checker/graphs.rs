@@ -16,12 +16,12 @@ use raxel_shader::{Request, Shader};
 use raxel_testing::Random;
 
 /// The choices of a seed.
-pub fn random(seed: u64) -> Random {
+pub(crate) fn random(seed: u64) -> Random {
     Random::new(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5851_F42D_4C95_7F2D)
 }
 
 /// A graph and the input of its plan.
-pub struct Case {
+pub(crate) struct Case {
     pub graph: Arc<Graph>,
     pub present: Present,
     pub pinned: Vec<ResourceId>,
@@ -34,7 +34,7 @@ pub struct Case {
 }
 
 impl Case {
-    pub fn holds(&self, fact: &Fact) -> bool {
+    pub(crate) fn holds(&self, fact: &Fact) -> bool {
         match fact {
             Fact::WorldHasEmission => self.facts[0],
             Fact::WorldHasTransparency => self.facts[1],
@@ -42,11 +42,11 @@ impl Case {
         }
     }
 
-    pub fn runs(&self, pass: &Pass) -> bool {
+    pub(crate) fn runs(&self, pass: &Pass) -> bool {
         pass.runs_where(|fact| self.holds(fact))
     }
 
-    pub fn plan(&self) -> Result<Plan, Vec<Diagnostic>> {
+    pub(crate) fn plan(&self) -> Result<Plan, Vec<Diagnostic>> {
         let input = PlanInput {
             output: OUTPUT,
             present: self.present,
@@ -65,17 +65,17 @@ impl Case {
     }
 }
 
-pub const OUTPUT: [u32; 2] = [64, 32];
+pub(crate) const OUTPUT: [u32; 2] = [64, 32];
 /// Voxels of the world's bounds, no multiples of anything.
-pub const WORLD: [u32; 3] = [37, 21, 9];
+pub(crate) const WORLD: [u32; 3] = [37, 21, 9];
 /// Texels of the image that is supplied.
-pub const SOURCE_IMAGE: [u32; 3] = [16, 4, 8];
+pub(crate) const SOURCE_IMAGE: [u32; 3] = [16, 4, 8];
 
 /// Texels per voxel.
 const SCALES: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
 /// Requirements that are a random function of the request.
-pub struct RandomMemory {
+pub(crate) struct RandomMemory {
     pub seed: u64,
     pub granularity: u64,
     pub kinds_apart: bool,
@@ -112,7 +112,7 @@ impl MemoryModel for RandomMemory {
 }
 
 /// A random graph. Most passes load contents stored before them, so few are culled.
-pub fn case(seed: u64) -> Case {
+pub(crate) fn case(seed: u64) -> Case {
     let mut random = random(seed);
     let r = &mut random;
     // Half of the graphs are chains of whole resources, which share memory; the others are as wild as can be.
@@ -463,7 +463,7 @@ fn place() -> Span {
 }
 
 /// A shader that is never looked into.
-pub fn shader() -> Arc<Shader> {
+pub(crate) fn shader() -> Arc<Shader> {
     let local = LocalSize { value: 8, spec_id: None };
     Arc::new(Shader {
         request: Request { path: "shaders/random.comp".into(), entry: "main".into(), defines: Vec::new() },
@@ -480,7 +480,7 @@ pub fn shader() -> Arc<Shader> {
 }
 
 /// The graph as text, for a seed that fails.
-pub fn text(case: &Case) -> String {
+pub(crate) fn text(case: &Case) -> String {
     let graph = &case.graph;
     let mut out = String::new();
     let name = |id: ResourceId| &graph.resource(id).name;

@@ -11,7 +11,7 @@ use super::graphs::{Case, case, random};
 use raxel_testing::Random;
 
 /// A random graph with loops; `None` for a seed whose graph is too long to be repeated.
-pub fn looped(seed: u64) -> Option<Case> {
+pub(crate) fn looped(seed: u64) -> Option<Case> {
     let mut case = case(seed);
     let mut random = random(seed ^ 0x100f);
     let r = &mut random;
@@ -88,10 +88,10 @@ fn repeat(r: &mut Random, graph: &mut Graph, group: std::ops::Range<usize>) {
 
 /// Why a graph has no frame that is the same each time: a name is carried into the next frame in another one's memory.
 #[derive(Debug)]
-pub struct Carried;
+pub(crate) struct Carried;
 
 /// The passes of a frame in a row, and the shown resource at each point.
-pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
+pub(crate) fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
     let graph = &case.graph;
     let sizes = subresources(graph);
     // Names by the memory that they stand for, as the frame goes on.
@@ -193,7 +193,7 @@ pub fn written_out(case: &Case) -> Result<(Graph, Present), Carried> {
 }
 
 /// Faults in the passes of a plan as they are written out.
-pub fn faults(flat: &Graph, shown: Present, plan: &Plan) -> Vec<String> {
+pub(crate) fn faults(flat: &Graph, shown: Present, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     if shown != plan.present {
         faults.push(format!("shows {:?}, should show {shown:?}", plan.present));

@@ -16,14 +16,14 @@ struct Placed {
 }
 
 /// The bytes of a placed resource, in whole pages against a resource of the other kind.
-pub fn bytes(plan: &Plan, index: usize, page: u64) -> Option<(u32, u64, u64)> {
+pub(crate) fn bytes(plan: &Plan, index: usize, page: u64) -> Option<(u32, u64, u64)> {
     let Lifetime::Transient { place: Some(place), .. } = plan.resources[index].lifetime else { return None };
     let (start, end) = (place.offset, place.offset + plan.resources[index].memory.size);
     Some((place.block, start - start % page, end.div_ceil(page) * page))
 }
 
 /// Whether two placed resources share memory.
-pub fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
+pub(crate) fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
     let image = |i: usize| matches!(plan.resources[i].desc, ResourceDesc::Image(_));
     let page = if image(a) == image(b) { 1 } else { granularity };
     match (bytes(plan, a, page), bytes(plan, b, page)) {
@@ -33,7 +33,7 @@ pub fn share(plan: &Plan, a: usize, b: usize, granularity: u64) -> bool {
 }
 
 /// Faults in lifetimes and places.
-pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
+pub(crate) fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let mut faults = Vec::new();
     let mut placed = Vec::new();
     if plan.uses_history != uses_history(plan) {

@@ -7,7 +7,7 @@ use raxel_graph::plan::{DeviceLimits, Plan, ResourceDesc};
 use super::graphs::{Case, OUTPUT, WORLD};
 
 /// Texels along each axis that it takes to cover the world.
-pub fn of_world(scale: f64) -> [u32; 3] {
+pub(crate) fn of_world(scale: f64) -> [u32; 3] {
     WORLD.map(|voxels| {
         let mut texels = 1;
         while f64::from(texels) / scale < f64::from(voxels) {
@@ -53,7 +53,7 @@ fn elements(graph: &Graph, id: ResourceId) -> Option<u64> {
 }
 
 /// Faults in sizes and dispatches.
-pub fn faults(case: &Case, plan: &Plan) -> Vec<String> {
+pub(crate) fn faults(case: &Case, plan: &Plan) -> Vec<String> {
     let graph = &case.graph;
     let mut faults = Vec::new();
     for resource in &plan.resources {

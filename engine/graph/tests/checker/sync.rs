@@ -16,7 +16,7 @@ use super::graphs::random;
 use super::memory::share;
 
 /// How a plan is run.
-pub struct Run {
+pub(crate) struct Run {
     /// Frames that are run.
     pub frames: u32,
     /// The number of first frames whose accesses are remembered. A plan repeats, so one frame shows as much as all.
@@ -31,11 +31,11 @@ pub struct Run {
     pub granularity: u64,
 }
 
-pub type Ticks = Box<dyn Fn(u32, ClockId) -> u32>;
+pub(crate) type Ticks = Box<dyn Fn(u32, ClockId) -> u32>;
 
 impl Run {
     /// All of several rounds through the longest ring of copies.
-    pub fn full(plan: &Plan, granularity: u64) -> Run {
+    pub(crate) fn full(plan: &Plan, granularity: u64) -> Run {
         let ring = plan.resources.iter().map(|r| r.copies).max().unwrap_or(1);
         Run {
             frames: 2 * ring + 2,
@@ -48,7 +48,7 @@ impl Run {
     }
 
     /// As much as finds every fault of a plan that repeats.
-    pub fn short(plan: &Plan, granularity: u64) -> Run {
+    pub(crate) fn short(plan: &Plan, granularity: u64) -> Run {
         let ring = plan.resources.iter().map(|r| r.copies).max().unwrap_or(1);
         Run { frames: ring + 1, remembered: 1, ..Run::full(plan, granularity) }
     }
@@ -61,7 +61,7 @@ fn all_ticks(plan: &Plan) -> Ticks {
 }
 
 /// Patterns of ticks: the same number in every frame, and random numbers. One where it has no clock.
-pub fn rhythms(plan: &Plan) -> Vec<Ticks> {
+pub(crate) fn rhythms(plan: &Plan) -> Vec<Ticks> {
     let most = plan.graph.clocks.iter().map(|clock| clock.most).max();
     let Some(most) = most else { return vec![all_ticks(plan)] };
     let graph = &plan.graph;
@@ -114,7 +114,7 @@ fn later(stages: Stages) -> Stages {
 }
 
 /// Faults in the synchronisation of a plan. Stops at the end of the frame with the first fault.
-pub fn faults(plan: &Plan, run: &Run) -> Vec<String> {
+pub(crate) fn faults(plan: &Plan, run: &Run) -> Vec<String> {
     let updated = Updated::of(plan);
     let steps = asked(plan, &updated);
     // Behind the resources of the plan are the sources that only copies of them use.
@@ -485,7 +485,7 @@ fn asked(plan: &Plan, updated: &Updated) -> Vec<Vec<Asked>> {
 }
 
 /// Every plan with one thing less: a barrier, the activation of an image, a stage or an access of a scope.
-pub fn with_one_less(plan: &Plan) -> Vec<(String, Plan)> {
+pub(crate) fn with_one_less(plan: &Plan) -> Vec<(String, Plan)> {
     let mut all = Vec::new();
     let mut put = |at: usize, what: String, barrier: Option<Barrier>| {
         let mut less = plan.clone();
@@ -523,7 +523,7 @@ pub fn with_one_less(plan: &Plan) -> Vec<(String, Plan)> {
 }
 
 /// Every plan with one thing less in what orders the updates of its sources.
-pub fn with_smaller_updates(plan: &Plan) -> Vec<(String, Plan)> {
+pub(crate) fn with_smaller_updates(plan: &Plan) -> Vec<(String, Plan)> {
     let SourceUpdates { before, after } = plan.updates;
     let with = |what: &str, updates: SourceUpdates| (what.to_owned(), Plan { updates, ..plan.clone() });
     let less = |which: &str, dependency, put: &dyn Fn(Dependency) -> SourceUpdates| -> Vec<(String, Plan)> {

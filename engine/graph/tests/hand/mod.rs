@@ -13,7 +13,7 @@ use raxel_shader::interface::{Access, Interface, LocalSize, Scalar};
 use raxel_shader::{Request, Shader};
 
 /// A graph in the making; resources and passes are named.
-pub struct Hand {
+pub(crate) struct Hand {
     pub graph: Graph,
     pub facts: bool,
     pub after: Option<&'static str>,
@@ -29,10 +29,10 @@ pub struct Hand {
 }
 
 /// An access: `r` load, `w` store, `x` both, `s` sampled, `u` uniform, `i` indirect arguments; then a resource (`color@1`, `pyramid:2`).
-pub type Bind = &'static str;
+pub(crate) type Bind = &'static str;
 
 impl Hand {
-    pub fn new(name: &str) -> Hand {
+    pub(crate) fn new(name: &str) -> Hand {
         let graph = Graph {
             name: name.to_owned(),
             about: String::new(),
@@ -61,7 +61,7 @@ impl Hand {
         }
     }
 
-    pub fn target(&mut self, name: &str, format: Format, edit: impl FnOnce(&mut Target, &mut u32)) -> &mut Hand {
+    pub(crate) fn target(&mut self, name: &str, format: Format, edit: impl FnOnce(&mut Target, &mut u32)) -> &mut Hand {
         let mut target = Target {
             format,
             extent: Extent::Output { scale: [1.0; 2] },
@@ -77,7 +77,7 @@ impl Hand {
         self.resource(name, ResourceKind::Target(target), history)
     }
 
-    pub fn buffer(&mut self, name: &str, size: BufferSize, clear: Option<u32>) -> &mut Hand {
+    pub(crate) fn buffer(&mut self, name: &str, size: BufferSize, clear: Option<u32>) -> &mut Hand {
         self.resource(name, ResourceKind::Buffer(Buffer { size, clear, init: None }), 0)
     }
 
@@ -89,21 +89,21 @@ impl Hand {
     }
 
     /// A clock of 60 ticks a second.
-    pub fn clock(&mut self, name: &str, most: u32) -> ClockId {
+    pub(crate) fn clock(&mut self, name: &str, most: u32) -> ClockId {
         let place = Span::new("graphs/hand.toml", 0..0);
         self.graph.clocks.push(Clock { name: name.to_owned(), hz: 60.0, most, place });
         ClockId(self.graph.clocks.len() as u32 - 1)
     }
 
     /// A pass that takes `frame.time`, so its output changes in every frame.
-    pub fn pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
+    pub(crate) fn pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
         let pass = self.still_pass(name, binds);
         pass.push.push(from(ValueOrigin::Builtin(Builtin::FrameTime)));
         pass
     }
 
     /// A pass that takes only its bindings.
-    pub fn still_pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
+    pub(crate) fn still_pass(&mut self, name: &str, binds: &[Bind]) -> &mut Pass {
         let accesses = binds.iter().map(|bind| self.bind(bind)).collect::<Vec<_>>();
         let indirect = accesses.iter().find(|a| a.usage == Usage::IndirectArguments);
         let stored = accesses.iter().find(|a| a.usage == Usage::StorageImage && a.access.writes());
@@ -151,11 +151,11 @@ impl Hand {
         BoundAccess { resource, age, mips, layers: Interval::ALL, access, usage, binding: None, sampler: None }
     }
 
-    pub fn plan(&self, shown: &str) -> Result<Plan, Vec<Diagnostic>> {
+    pub(crate) fn plan(&self, shown: &str) -> Result<Plan, Vec<Diagnostic>> {
         self.with_input(shown, raxel_graph::plan)
     }
 
-    pub fn with_input<T>(&self, shown: &str, use_: impl FnOnce(Arc<Graph>, &PlanInput) -> T) -> T {
+    pub(crate) fn with_input<T>(&self, shown: &str, use_: impl FnOnce(Arc<Graph>, &PlanInput) -> T) -> T {
         let graph = Arc::new(self.graph.clone());
         let (name, age) = shown.split_once('@').map_or((shown, 0), |(name, age)| (name, age.parse().expect("an age")));
         let present = Present {
@@ -187,12 +187,12 @@ impl Hand {
 }
 
 /// A push constant.
-pub fn from(from: ValueOrigin) -> Fill {
+pub(crate) fn from(from: ValueOrigin) -> Fill {
     Fill { member: "value".to_owned(), offset: 0, ty: ValueType::scalar(Scalar::F32), stride: 0, from }
 }
 
 /// A shader that is never looked into, with workgroups of 8 × 8.
-pub fn shader(name: &str) -> Arc<Shader> {
+pub(crate) fn shader(name: &str) -> Arc<Shader> {
     let local = LocalSize { value: 8, spec_id: None };
     Arc::new(Shader {
         request: Request { path: format!("shaders/{name}.comp"), entry: "main".into(), defines: Vec::new() },
@@ -209,7 +209,7 @@ pub fn shader(name: &str) -> Arc<Shader> {
 }
 
 /// Primary hits, a blurred half-size light buffer, history, a list of work dispatched indirectly; one pass too many, one switched off.
-pub fn showcase() -> Hand {
+pub(crate) fn showcase() -> Hand {
     let mut hand = Hand::new("showcase");
     hand.graph.about += "first hit, light, history";
     hand.facts = false;

@@ -12,7 +12,7 @@ use super::{Context, images, sources};
 use crate::resolve::{Bind, Declared};
 
 /// Checks all bindings of a pass; gives the accesses that they are.
-pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAccess> {
+pub(crate) fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<BoundAccess> {
     let bindings = &context.interface().bindings;
     let entries = &context.pass.bind;
     let mut accesses = Vec::with_capacity(entries.len());

@@ -21,7 +21,7 @@ const PUSH_BYTES: u32 = 128;
 const MOST_MEMBERS: usize = 4096;
 
 /// Checks the push-constant block; gives its values in order of offset.
-pub fn push(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Fill> {
+pub(crate) fn push(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<Fill> {
     let pass = &context.pass.name;
     let interface = context.interface();
     let Some(block) = &interface.push else {
@@ -83,7 +83,7 @@ fn undeclared(context: &Context<'_>, block: &Block) -> Diagnostic {
 }
 
 /// Checks the uniform blocks that the graph fills.
-pub fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<UniformBlock> {
+pub(crate) fn uniforms(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<UniformBlock> {
     let bindings = &context.interface().bindings;
     let mut blocks = Vec::new();
     for (index, binding) in bindings.iter().enumerate() {
@@ -144,7 +144,7 @@ fn without_uniform(context: &Context<'_>, given: &Spanned<String>) -> Diagnostic
 }
 
 /// A member that takes one value, or an array of scalars or vectors that takes a list of them.
-pub struct Leaf<'a> {
+pub(crate) struct Leaf<'a> {
     /// Path in the block, e.g. `sun.direction`, `lights[2].color`.
     pub path: String,
     offset: u32,
@@ -153,7 +153,7 @@ pub struct Leaf<'a> {
 }
 
 /// Every leaf of a block in order of declaration. `None` when there are too many.
-pub fn leaves(block: &Block) -> Option<Vec<Leaf<'_>>> {
+pub(crate) fn leaves(block: &Block) -> Option<Vec<Leaf<'_>>> {
     let mut leaves = Vec::new();
     for member in &block.members {
         collect(&member.name, member.offset, &member.ty, member, &mut leaves)?;

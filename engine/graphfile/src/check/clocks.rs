@@ -8,7 +8,7 @@ use raxel_graph::index32;
 use crate::resolve::Resolved;
 
 /// Checks the clocks of a graph whose passes are all known. As in [`super::flow`], warnings are given only where nothing is wrong.
-pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let wrong = found.iter().any(Diagnostic::is_error);
     let mut clocks = Vec::new();
     for index in 0..graph.clocks.len() {

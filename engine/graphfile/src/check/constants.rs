@@ -14,7 +14,7 @@ use crate::resolve::Feed;
 const WORKGROUP: [&str; 3] = ["local_size_x", "local_size_y", "local_size_z"];
 
 /// Checks `specialization`; gives values by constant id, in order of the ids.
-pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, ValueOrigin)> {
+pub(crate) fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Vec<(u32, ValueOrigin)> {
     let constants = &context.interface().specialization;
     let mut values: Vec<(u32, ValueOrigin)> = Vec::new();
     for (name, feed) in &context.pass.specialization {

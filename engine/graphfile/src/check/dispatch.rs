@@ -14,7 +14,7 @@ const ARGUMENTS: u64 = 12;
 const COUNT: u64 = 4;
 
 /// Checks the dispatch; gives the access of its indirect arguments.
-pub fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<BoundAccess> {
+pub(crate) fn check(context: &Context<'_>, found: &mut Vec<Diagnostic>) -> Option<BoundAccess> {
     let dispatch = context.pass.dispatch.as_ref()?;
     let error = |code, message: String| {
         Diagnostic::error(code, message)

@@ -8,7 +8,7 @@ use raxel_graph::size::full_chain;
 use crate::resolve::Resolved;
 
 /// Checks every target and buffer.
-pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     let mut followed = vec![false; graph.resources.len()];
     for id in (0..graph.resources.len()).map(|index| ResourceId(index32(index))) {
         if let Some(cycle) = follow(graph, id, &mut followed) {
@@ -91,7 +91,7 @@ fn fixed(graph: &Resolved, id: ResourceId) -> Option<[u32; 3]> {
 }
 
 /// Number of mips, where the file alone decides it.
-pub fn mip_count(graph: &Resolved, id: ResourceId) -> Option<u32> {
+pub(crate) fn mip_count(graph: &Resolved, id: ResourceId) -> Option<u32> {
     match target(graph, id)?.mips {
         0 => fixed(graph, id).map(full_chain),
         count => Some(count),
@@ -99,7 +99,7 @@ pub fn mip_count(graph: &Resolved, id: ResourceId) -> Option<u32> {
 }
 
 /// Whether a target has three dimensions, its own or those of the target that it is a part of.
-pub fn is_volume(graph: &Resolved, id: ResourceId) -> bool {
+pub(crate) fn is_volume(graph: &Resolved, id: ResourceId) -> bool {
     let mut next = Some(id);
     for _ in 0..=graph.resources.len() {
         let Some(id) = next else { return false };

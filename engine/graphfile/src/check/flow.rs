@@ -11,7 +11,7 @@ use crate::resolve::Resolved;
 
 /// Checks a graph whose passes are all known. Warnings are given only where nothing is wrong: until then, a mistake may be the reason that
 /// something seems unused.
-pub fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn check(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     let wrong = found.iter().any(Diagnostic::is_error);
     let mut flow = Vec::new();
     for index in 0..graph.resources.len() {

@@ -13,7 +13,7 @@ use crate::model::{Data, Fills, Literal};
 use crate::resolve::{Feed, Member, Resolved};
 
 /// The values for one block.
-pub struct Given<'a> {
+pub(crate) struct Given<'a> {
     /// `push` or one of `uniforms` of the pass; the shared ones when the pass has none.
     first: &'a Fills<Member>,
     /// One of `[blocks.*]`.
@@ -22,28 +22,28 @@ pub struct Given<'a> {
 
 impl<'a> Given<'a> {
     /// `None` when there are no values at all.
-    pub fn new(own: Option<&'a Fills<Member>>, shared: Option<&'a Fills<Member>>) -> Option<Self> {
+    pub(crate) fn new(own: Option<&'a Fills<Member>>, shared: Option<&'a Fills<Member>>) -> Option<Self> {
         Some(Self { first: own.or(shared)?, shared })
     }
 
     /// The shared values for a block: those with the name of its instance, else those with its own.
-    pub fn shared(graph: &'a Resolved, instance: &str, block: &str) -> Option<&'a Fills<Member>> {
+    pub(crate) fn shared(graph: &'a Resolved, instance: &str, block: &str) -> Option<&'a Fills<Member>> {
         let named = |name: &str| graph.blocks.iter().find(|shared| shared.name.value == name && !name.is_empty());
         named(instance).or_else(|| named(block))
     }
 
     /// Where the values are given: in the pass if it has any.
-    pub fn name(&self) -> &'a Spanned<String> {
+    pub(crate) fn name(&self) -> &'a Spanned<String> {
         &self.first.name
     }
 
     /// Whether the pass has no values of its own.
-    pub fn is_shared(&self) -> bool {
+    pub(crate) fn is_shared(&self) -> bool {
         self.shared.is_some_and(|shared| std::ptr::eq(shared, self.first))
     }
 
     /// The pass's own members.
-    pub fn own(&self) -> impl Iterator<Item = &'a Member> + use<'a> {
+    pub(crate) fn own(&self) -> impl Iterator<Item = &'a Member> + use<'a> {
         let own = Some(self.first).filter(|_| !self.is_shared());
         own.into_iter().flat_map(|fills| &fills.members)
     }
@@ -54,19 +54,19 @@ impl<'a> Given<'a> {
 
     /// The value of a member, and whether it is a shared one. A shared list does not count if the pass gives elements of it: it is taken
     /// element by element.
-    pub fn member(&self, path: &str) -> Option<(&'a Member, bool)> {
+    pub(crate) fn member(&self, path: &str) -> Option<(&'a Member, bool)> {
         let of_path = |member: &&Member| member.path.value == path;
         let shared = || self.shared_members().find(of_path).filter(|_| !self.own().any(|own| is_element(own, path)));
         self.own().find(of_path).map(|own| (own, false)).or_else(|| Some((shared()?, true)))
     }
 
     /// Whether elements of the array are given one by one.
-    pub fn has_elements(&self, path: &str) -> bool {
+    pub(crate) fn has_elements(&self, path: &str) -> bool {
         self.own().chain(self.shared_members()).any(|member| is_element(member, path))
     }
 
     /// The value of an element of an array, and whether it is a shared one.
-    pub fn element(&self, path: &str, index: u32) -> Option<(Cow<'a, Member>, bool)> {
+    pub(crate) fn element(&self, path: &str, index: u32) -> Option<(Cow<'a, Member>, bool)> {
         if let Some((member, shared)) = self.member(&format!("{path}[{index}]")) {
             return Some((Cow::Borrowed(member), shared));
         }
@@ -80,7 +80,7 @@ impl<'a> Given<'a> {
     }
 
     /// The shared member whose name is nearest to one that has no value.
-    pub fn nearest_shared(&self, path: &str) -> Option<&'a Member> {
+    pub(crate) fn nearest_shared(&self, path: &str) -> Option<&'a Member> {
         let array = path.split('[').next().unwrap_or(path);
         let others = || self.shared_members().filter(|member| !is_element(member, array));
         let near = closest(path, others().map(|member| member.path.value.as_str()))?;
@@ -93,7 +93,7 @@ fn is_element(member: &Member, array: &str) -> bool {
 }
 
 /// Warns of shared blocks that no shader has, and of values that no shader's block has.
-pub fn unused(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn unused(graph: &Graph, resolved: &Resolved, found: &mut Vec<Diagnostic>) {
     if resolved.blocks.is_empty() {
         return;
     }

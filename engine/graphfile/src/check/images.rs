@@ -11,7 +11,7 @@ use crate::model::Mip;
 use crate::resolve::Bind;
 
 /// Checks an image binding; gives the access that it is.
-pub fn check(
+pub(crate) fn check(
     context: &Context<'_>,
     index: u32,
     binding: &Binding,

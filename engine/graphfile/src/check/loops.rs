@@ -13,7 +13,7 @@ use crate::resolve::{Loop, Pass, Resolved};
 const LAST_MIP: u32 = 16;
 
 /// Checks that between two passes of a loop stands no other.
-pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     let of = |pass: &Pass| pass.in_loop.as_ref().map(|name| name.value);
     for (index, pass) in graph.passes.iter().enumerate() {
         let Some(name) = &pass.in_loop else { continue };
@@ -36,7 +36,7 @@ pub fn check(graph: &Resolved, found: &mut Vec<Diagnostic>) {
 }
 
 /// Warns of loops from mip to mip of a target with only one mip: their passes never run.
-pub fn without_rounds(graph: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn without_rounds(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     for repeated in graph.loops.iter().filter(|repeated| repeated.sound) {
         let Rounds::Mips(target) = repeated.item.rounds else { continue };
         if mip_count(graph, target) != Some(1) {
@@ -56,7 +56,7 @@ pub fn without_rounds(graph: &Resolved, found: &mut Vec<Diagnostic>) {
 }
 
 /// The loop of the pass. Without one, `loop.index` means nothing, which is reported.
-pub fn around<'a>(
+pub(crate) fn around<'a>(
     context: &Context<'a>,
     index: RoundIndex,
     place: &Span,
@@ -95,13 +95,13 @@ fn last_index(graph: &Resolved, repeated: &Loop) -> Option<u32> {
 }
 
 /// The largest mip that a round of the loop asks for, if it is beyond the target's `count` mips, with the key that asks.
-pub fn beyond(graph: &Resolved, repeated: &Loop, index: RoundIndex, count: u32) -> Option<(u32, String)> {
+pub(crate) fn beyond(graph: &Resolved, repeated: &Loop, index: RoundIndex, count: u32) -> Option<(u32, String)> {
     let mip = index.at(last_index(graph, repeated)?);
     (repeated.sound && mip >= count).then(|| (mip, format!("the last round asks for mip {mip}")))
 }
 
 /// The values that a pass takes from its round; the accesses are those of its bindings.
-pub fn in_loop(context: &Context<'_>, accesses: &[BoundAccess]) -> Option<InLoop> {
+pub(crate) fn in_loop(context: &Context<'_>, accesses: &[BoundAccess]) -> Option<InLoop> {
     let of = context.pass.in_loop.as_ref()?.value;
     let name = |access: &BoundAccess| Some(&context.interface().bindings[access.binding? as usize].name);
     let mips = (0..).zip(accesses).filter_map(|(number, access)| {
@@ -117,7 +117,11 @@ pub fn in_loop(context: &Context<'_>, accesses: &[BoundAccess]) -> Option<InLoop
 }
 
 /// The accesses of each round that there can be; of a pass in no loop, the one list.
-pub fn rounds(context: &Context<'_>, accesses: &[BoundAccess], in_loop: Option<&InLoop>) -> Vec<Vec<BoundAccess>> {
+pub(crate) fn rounds(
+    context: &Context<'_>,
+    accesses: &[BoundAccess],
+    in_loop: Option<&InLoop>,
+) -> Vec<Vec<BoundAccess>> {
     let Some(in_loop) = in_loop.filter(|in_loop| !in_loop.mips.is_empty()) else { return vec![accesses.to_vec()] };
     let repeated = &context.graph.loops[in_loop.of.0 as usize];
     let last = last_index(context.graph, repeated).unwrap_or(LAST_MIP - 1);
@@ -125,7 +129,7 @@ pub fn rounds(context: &Context<'_>, accesses: &[BoundAccess], in_loop: Option<&
 }
 
 /// Warns of loops without a pass.
-pub fn unused(graph: &Resolved, found: &mut Vec<Diagnostic>) {
+pub(crate) fn unused(graph: &Resolved, found: &mut Vec<Diagnostic>) {
     for (index, repeated) in graph.loops.iter().enumerate() {
         let id = LoopId(index32(index));
         if !graph.passes.iter().any(|pass| pass.in_loop.as_ref().is_some_and(|of| of.value == id)) {

@@ -6,7 +6,7 @@ use raxel_graph::checked::{BoundAccess, Usage};
 use super::Context;
 
 /// Reports each pair of accesses of a pass that touch the same texels or bytes while one of them may write. True when there is one.
-pub fn check(context: &Context<'_>, accesses: &[BoundAccess], found: &mut Vec<Diagnostic>) -> bool {
+pub(crate) fn check(context: &Context<'_>, accesses: &[BoundAccess], found: &mut Vec<Diagnostic>) -> bool {
     let before = found.len();
     for (index, first) in accesses.iter().enumerate() {
         for second in &accesses[index + 1..] {

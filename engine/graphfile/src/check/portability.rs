@@ -51,7 +51,7 @@ const SOMETIMES: [&str; 13] = [
 ];
 
 /// Checks the workgroup size, with the constants that the graph sets, and the capabilities.
-pub fn check(context: &Context<'_>, constants: &[(u32, ValueOrigin)], found: &mut Vec<Diagnostic>) {
+pub(crate) fn check(context: &Context<'_>, constants: &[(u32, ValueOrigin)], found: &mut Vec<Diagnostic>) {
     let size = context.interface().local_size.map(|axis| {
         let set = constants.iter().find(|(id, _)| Some(*id) == axis.spec_id);
         match set {

@@ -10,7 +10,7 @@ use crate::resolve::Declared;
 
 /// Compares the shader's block with the layout of the source. The first member that differs is reported: differences behind it are nearly
 /// always a consequence.
-pub fn check(
+pub(crate) fn check(
     context: &Context<'_>,
     binding: &Binding,
     block: &Block,

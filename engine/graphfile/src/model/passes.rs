@@ -12,7 +12,7 @@ use crate::schema::{conditions, constants, definitions, reference, subgroup_size
 /// One compute dispatch of one shader.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("pass", unknown = codes::graph::UNKNOWN_PASS), added = reject_removals)]
-pub struct Pass {
+pub(crate) struct Pass {
     /// Name of the pass.
     #[keys(name)]
     pub name: Spanned<String>,
@@ -68,7 +68,7 @@ pub struct Pass {
 
 /// `every`.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Every {
+pub(crate) enum Every {
     /// `{ hz = 20 }`.
     Hz(f64),
     /// `{ frames = 3 }`.
@@ -81,7 +81,7 @@ pub enum Every {
 
 /// `dispatch`.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Dispatch {
+pub(crate) enum Dispatch {
     /// `{ threads = "hit", mip = 1 }`, `{ threads = "rays" }`, `{ threads = "world" }`.
     ThreadsOf {
         /// The target or buffer, or the world.
@@ -120,7 +120,7 @@ pub enum Dispatch {
 
 /// The value of a specialization constant.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Constant {
+pub(crate) enum Constant {
     /// Written in the file.
     Value(Literal),
     /// The word of `from`, or the whole value when it is a string.
@@ -130,7 +130,7 @@ pub enum Constant {
 /// A resource with its view.
 #[derive(Clone, Debug, Keys)]
 #[keys(layer("binding", unknown = codes::graph::NOTHING_TO_OVERLAY, whole), check = needs_target(remove, target))]
-pub struct Bind {
+pub(crate) struct Bind {
     /// The key: the GLSL name.
     #[keys(entry)]
     pub name: Spanned<String>,
@@ -160,7 +160,7 @@ pub struct Bind {
 
 /// A mip as the file names it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mip {
+pub(crate) enum Mip {
     /// A number.
     Level(u32),
     /// Another one in each round of a loop: `"loop.index"`, `"loop.next"`.
@@ -169,7 +169,7 @@ pub enum Mip {
 
 /// `filter` of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
-pub enum Filter {
+pub(crate) enum Filter {
     /// The closest texel.
     Nearest,
     /// A mix of the texels around.
@@ -178,7 +178,7 @@ pub enum Filter {
 
 /// `wrap` of a binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Keys)]
-pub enum Wrap {
+pub(crate) enum Wrap {
     /// The texel at the edge.
     Clamp,
     /// The image again.
@@ -187,7 +187,7 @@ pub enum Wrap {
 
 /// `every` as a table, which has one of these keys.
 #[derive(Keys)]
-pub struct Rhythm {
+pub(crate) struct Rhythm {
     /// Times a second, at most once a frame. Needed in this form.
     #[keys(read = rate, range = RATES, excludes("frames", "still", why = "a pass has one rhythm"))]
     pub hz: Option<f64>,

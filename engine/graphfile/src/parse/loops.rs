@@ -33,7 +33,7 @@ fn rounds(node: &Node<'_, '_>) -> Option<Rounds> {
 }
 
 /// `[["a", "b"], …]`; `None` when a part of it is wrong.
-pub fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
+pub(crate) fn swap(node: &Node<'_, '_>) -> Option<Vec<[Spanned<String>; 2]>> {
     node.array()?
         .iter()
         .map(|pair| {

@@ -10,13 +10,13 @@ use super::{at, literal};
 use crate::model::{Bind, Constant, Dispatch, Every, Fills, Member, Mip, Rhythm, SharedBlock};
 
 /// Times a second that something may run: a thousandth is the unit in which ticks are counted.
-pub const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
+pub(crate) const RATES: std::ops::RangeInclusive<f64> = 0.001..=10_000.0;
 
 /// Structs in structs that `push` and `uniforms` may nest at most.
 const DEEPEST_NESTING: usize = 16;
 
 /// `defines`: those that are right.
-pub fn defines(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, String)>> {
+pub(crate) fn defines(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, String)>> {
     let read = |(name, node): (String, Node<'_, '_>)| {
         let text = if node.is_string() {
             node.string()?
@@ -36,7 +36,7 @@ pub fn defines(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, String)>> {
 }
 
 /// `specialization`: the constants that are right.
-pub fn specialization(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, Constant)>> {
+pub(crate) fn specialization(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, Constant)>> {
     let read = |(name, node): (String, Node<'_, '_>)| {
         let constant =
             if node.is_string() { Constant::From(at(&node, node.string())?) } else { Constant::Value(literal(&node)?) };
@@ -46,7 +46,7 @@ pub fn specialization(node: &Node<'_, '_>) -> Option<Vec<(Spanned<String>, Const
 }
 
 /// The sizes of subgroups that Vulkan lets a pass ask for: powers of two up to 128.
-pub fn subgroup_size(node: &Node<'_, '_>) -> Option<Spanned<u32>> {
+pub(crate) fn subgroup_size(node: &Node<'_, '_>) -> Option<Spanned<u32>> {
     let size: u32 = node.integer(1..=LARGEST_SUBGROUP)?;
     if size.is_power_of_two() {
         at(node, Some(size))
@@ -144,7 +144,7 @@ fn counts(node: &Node<'_, '_>) -> Option<[u32; 3]> {
 }
 
 /// `bind`: the bindings that are right.
-pub fn binds(node: &Node<'_, '_>) -> Option<Vec<Bind>> {
+pub(crate) fn binds(node: &Node<'_, '_>) -> Option<Vec<Bind>> {
     let read = |(name, node): (String, Node<'_, '_>)| {
         let name = Spanned::new(name, node.key_span.clone());
         if node.is_string() {
@@ -162,12 +162,12 @@ pub fn binds(node: &Node<'_, '_>) -> Option<Vec<Bind>> {
 
 /// A binding that is not taken away has a resource.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "a check gets a reference to each field")]
-pub fn needs_target(table: &Table<'_, '_>, remove: &bool, target: Option<&Spanned<String>>) -> bool {
+pub(crate) fn needs_target(table: &Table<'_, '_>, remove: &bool, target: Option<&Spanned<String>>) -> bool {
     *remove || target.is_some() || table.need("target").is_some()
 }
 
 /// `[blocks.*]`: those that are tables.
-pub fn shared_blocks(node: &Node<'_, '_>) -> Option<Vec<SharedBlock>> {
+pub(crate) fn shared_blocks(node: &Node<'_, '_>) -> Option<Vec<SharedBlock>> {
     let read = |(name, node): (String, Node<'_, '_>)| shared_block(name, &node, &node.table()?);
     Some(node.table()?.entries().into_iter().filter_map(read).collect())
 }
@@ -182,12 +182,12 @@ fn shared_block(name: String, node: &Node<'_, '_>, table: &Table<'_, '_>) -> Opt
 }
 
 /// `push`.
-pub fn push(node: &Node<'_, '_>) -> Option<Fills<Member>> {
+pub(crate) fn push(node: &Node<'_, '_>) -> Option<Fills<Member>> {
     fills("push".to_owned(), node)
 }
 
 /// `uniforms`: the blocks that are tables.
-pub fn uniforms(node: &Node<'_, '_>) -> Option<Vec<Fills<Member>>> {
+pub(crate) fn uniforms(node: &Node<'_, '_>) -> Option<Vec<Fills<Member>>> {
     Some(node.table()?.entries().into_iter().filter_map(|(name, node)| fills(name, &node)).collect())
 }
 
@@ -254,7 +254,7 @@ impl<C: ?Sized> Value<C> for Every {
 }
 
 /// A number of times a second.
-pub fn rate(node: &Node<'_, '_>) -> Option<f64> {
+pub(crate) fn rate(node: &Node<'_, '_>) -> Option<f64> {
     match node.number(f64::MIN..=f64::MAX)? {
         rate if RATES.contains(&rate) => Some(rate),
         rate => {

@@ -10,26 +10,26 @@ use super::literal;
 use crate::model::{BufferSize, Display, Elements, Literal, RelativeSize, Scale, Size, Warning};
 
 /// Texels on an axis that any device may have at most (`maxImageDimension2D` of today's devices is 16384 or 32768).
-pub const LONGEST_AXIS: u32 = 65_536;
+pub(crate) const LONGEST_AXIS: u32 = 65_536;
 /// Mips that a target may have at most: an axis of [`LONGEST_AXIS`] halved down to one texel.
-pub const MOST_MIPS: u32 = LONGEST_AXIS.ilog2() + 1;
+pub(crate) const MOST_MIPS: u32 = LONGEST_AXIS.ilog2() + 1;
 /// Array layers that a target may have at most.
-pub const MOST_LAYERS: u32 = 2048;
+pub(crate) const MOST_LAYERS: u32 = 2048;
 /// Earlier frames that a resource may keep at most: each is a full copy.
-pub const LONGEST_HISTORY: u32 = 16;
+pub(crate) const LONGEST_HISTORY: u32 = 16;
 /// Bytes that a buffer may have at most: 64 GiB.
-pub const LARGEST_BUFFER: u64 = 1 << 36;
+pub(crate) const LARGEST_BUFFER: u64 = 1 << 36;
 /// Bytes that an element of a buffer may have at most.
-pub const LARGEST_STRIDE: u32 = 1 << 20;
+pub(crate) const LARGEST_STRIDE: u32 = 1 << 20;
 /// Elements that a buffer may have at most for each texel or element of something else.
-pub const MOST_PER: u32 = 1 << 16;
+pub(crate) const MOST_PER: u32 = 1 << 16;
 /// Warnings that a buffer may give at most: each is a word that is copied in every frame that may have written it.
-pub const MOST_WARNINGS: usize = 16;
+pub(crate) const MOST_WARNINGS: usize = 16;
 /// Scales of a target's size: below, every target is one texel; above, every one is too large.
-pub const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
+pub(crate) const SCALES: std::ops::RangeInclusive<f64> = 0.0001..=64.0;
 
 /// Keys that a target cannot have when its contents come from outside.
-pub fn supplied_target(
+pub(crate) fn supplied_target(
     table: &Table<'_, '_>,
     source: Option<&Spanned<String>>,
     copy: Option<&Spanned<String>>,
@@ -51,7 +51,7 @@ pub fn supplied_target(
 }
 
 /// Keys that a buffer cannot have when its contents come from outside.
-pub fn supplied_buffer(table: &Table<'_, '_>) -> bool {
+pub(crate) fn supplied_buffer(table: &Table<'_, '_>) -> bool {
     let before = table.reporter().count();
     for (origin, why) in
         [("source", "the contents of a source come from outside"), ("copy", "a copy is as its source is")]
@@ -114,7 +114,7 @@ fn size(node: &Node<'_, '_>) -> Option<Size> {
     }
 }
 
-pub fn mips(node: &Node<'_, '_>) -> Option<u32> {
+pub(crate) fn mips(node: &Node<'_, '_>) -> Option<u32> {
     if node.is_string() {
         return node.word(&[("full", 0)]);
     }
@@ -124,7 +124,7 @@ pub fn mips(node: &Node<'_, '_>) -> Option<u32> {
     node.integer(1..=MOST_MIPS)
 }
 
-pub fn display(node: &Node<'_, '_>) -> Option<Display> {
+pub(crate) fn display(node: &Node<'_, '_>) -> Option<Display> {
     if node.is_string() {
         return node.word(DisplayMap::WORDS).map(|map| Display { map: Some(map), range: None, channel: None });
     }
@@ -135,7 +135,7 @@ pub fn display(node: &Node<'_, '_>) -> Option<Display> {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the range is checked as the 32-bit floats that shaders get")]
-pub fn shown_range(node: &Node<'_, '_>) -> Option<[f64; 2]> {
+pub(crate) fn shown_range(node: &Node<'_, '_>) -> Option<[f64; 2]> {
     let [low, high] = node.numbers::<2>(f64::from(f32::MIN)..=f64::from(f32::MAX))?;
     if low >= high {
         return node.bad_value(format!("`{}` is empty: {low} is not less than {high}", node.name));
@@ -148,7 +148,7 @@ pub fn shown_range(node: &Node<'_, '_>) -> Option<[f64; 2]> {
 }
 
 /// Words of a buffer that are warned of. A mistake in one of them drops all, so that the buffer is reported once.
-pub fn warnings(node: &Node<'_, '_>) -> Option<Vec<Warning>> {
+pub(crate) fn warnings(node: &Node<'_, '_>) -> Option<Vec<Warning>> {
     let elements = node.array()?;
     if elements.len() > MOST_WARNINGS {
         let count = elements.len();
@@ -158,7 +158,7 @@ pub fn warnings(node: &Node<'_, '_>) -> Option<Vec<Warning>> {
 }
 
 /// The place of a `uint`.
-pub fn whole_word(node: &Node<'_, '_>) -> Option<u64> {
+pub(crate) fn whole_word(node: &Node<'_, '_>) -> Option<u64> {
     let offset = node.integer(0..=LARGEST_BUFFER)?;
     if offset.is_multiple_of(4) {
         return Some(offset);
@@ -167,7 +167,7 @@ pub fn whole_word(node: &Node<'_, '_>) -> Option<u64> {
 }
 
 /// Text with something in it.
-pub fn filled(node: &Node<'_, '_>) -> Option<String> {
+pub(crate) fn filled(node: &Node<'_, '_>) -> Option<String> {
     match node.string()? {
         text if text.trim().is_empty() => node.bad_value(format!("`{}` is empty", node.name)),
         text => Some(text),
@@ -175,7 +175,7 @@ pub fn filled(node: &Node<'_, '_>) -> Option<String> {
 }
 
 /// An array with something in it.
-pub fn values(node: &Node<'_, '_>) -> Option<Literal> {
+pub(crate) fn values(node: &Node<'_, '_>) -> Option<Literal> {
     if !node.is_array() {
         return node.wrong_type("an array of numbers, or of arrays of them");
     }
@@ -216,7 +216,7 @@ fn buffer_size(node: &Node<'_, '_>) -> Option<BufferSize> {
 }
 
 /// Bytes of an element.
-pub fn stride(node: &Node<'_, '_>) -> Option<u32> {
+pub(crate) fn stride(node: &Node<'_, '_>) -> Option<u32> {
     let stride = node.integer(4..=LARGEST_STRIDE)?;
     if stride.is_multiple_of(4) {
         return Some(stride);
@@ -225,7 +225,7 @@ pub fn stride(node: &Node<'_, '_>) -> Option<u32> {
 }
 
 /// Keys that mean something only beside `of`.
-pub fn beside_of(
+pub(crate) fn beside_of(
     table: &Table<'_, '_>,
     of: Option<&Spanned<String>>,
     per: Option<&u32>,

@@ -7,7 +7,7 @@ use raxel_graph::checked::{Condition, Fact, Value};
 use super::Scope;
 
 /// A fact of `when` that is no param.
-pub struct KnownFact {
+pub(crate) struct KnownFact {
     /// Its name in files.
     pub name: &'static str,
     pub fact: Fact,
@@ -16,7 +16,7 @@ pub struct KnownFact {
 }
 
 /// All of them. docs/graph-file.md has the same sentences.
-pub const FACTS: [KnownFact; 6] = [
+pub(crate) const FACTS: [KnownFact; 6] = [
     KnownFact {
         name: "world.has_emission",
         fact: Fact::WorldHasEmission,
@@ -42,7 +42,7 @@ pub const FACTS: [KnownFact; 6] = [
 ];
 
 /// `world.has_emission`, `!param.fog`; `always` takes away a condition of the base.
-pub fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
+pub(crate) fn condition(when: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Condition> {
     if when.value == "always" {
         return None;
     }

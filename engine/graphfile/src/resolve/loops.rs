@@ -7,7 +7,7 @@ use super::passes::of_kind;
 use super::{Loop, Scope, missing};
 use crate::model;
 
-pub fn loop_(given: &model::Loop, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Loop {
+pub(crate) fn loop_(given: &model::Loop, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Loop {
     let before = found.len();
     let name = &given.name;
     if given.count.is_none() && !given.flawed {

@@ -10,7 +10,7 @@ use super::{Declared, missing};
 use crate::literal::{describe, typed};
 use crate::model::{Data, Literal, Param};
 
-pub fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
+pub(crate) fn param(param: &Param, found: &mut Vec<Diagnostic>) -> Declared<checked::Param> {
     let (before, name) = (found.len(), &param.name);
     let whose = format!("`params.{}`", name.value);
     if param.ty.is_none() && !param.flawed {
@@ -64,7 +64,7 @@ fn param_type(word: &str, place: &Span, found: &mut Vec<Diagnostic>) -> Option<V
 }
 
 /// The diagnostic for a word that is no type.
-pub fn unknown_type<'n>(word: &str, place: &Span, words: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
+pub(crate) fn unknown_type<'n>(word: &str, place: &Span, words: impl Iterator<Item = &'n str> + Clone) -> Diagnostic {
     let diagnostic = Diagnostic::error(codes::graph::UNKNOWN_TYPE, format!("there is no type `{word}`"))
         .label(place.clone(), "no such type");
     match ValueType::word_of_glsl(word).or_else(|| closest(word, words.clone())) {

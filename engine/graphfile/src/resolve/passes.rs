@@ -15,7 +15,12 @@ use crate::model::{self, Filter, Mip, Wrap};
 use crate::queues::Queue;
 
 /// A pass. `arguments` is the buffer that is made for it if it dispatches a queue.
-pub fn pass(pass: &model::Pass, scope: &Scope<'_>, arguments: Option<ResourceId>, found: &mut Vec<Diagnostic>) -> Pass {
+pub(crate) fn pass(
+    pass: &model::Pass,
+    scope: &Scope<'_>,
+    arguments: Option<ResourceId>,
+    found: &mut Vec<Diagnostic>,
+) -> Pass {
     let whose = format!("pass `{}`", pass.name.value);
     let bind: Vec<Bind> = pass.bind.iter().map(|entry| bind(entry, scope, found)).collect();
     let request = request(pass, &whose, &bind, scope, found);
@@ -257,7 +262,7 @@ fn counted(
 }
 
 /// Whether the elements of a buffer can be counted. A mistake in its declaration is reported there.
-pub fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
+pub(crate) fn elements(id: ResourceId, name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> bool {
     let declared = &scope.resources[id.0 as usize];
     let counted = matches!(&declared.item.kind, ResourceKind::Buffer(buffer) if buffer.size.stride().is_some());
     if !counted && declared.sound {
@@ -282,7 +287,7 @@ fn in_loop(name: &Spanned<String>, scope: &Scope<'_>, found: &mut Vec<Diagnostic
 }
 
 /// A resource that must be a target or must be a buffer.
-pub fn of_kind(
+pub(crate) fn of_kind(
     name: &Spanned<String>,
     scope: &Scope<'_>,
     kind: &str,

@@ -17,7 +17,7 @@ use crate::model::{Buffer, BufferSize, Data, Dispatch, File, Literal, Pass, Size
 use crate::queues;
 
 /// Resolves targets, then buffers.
-pub fn resources(
+pub(crate) fn resources(
     model: &File,
     names: &Names,
     clocks: &Names,
@@ -269,7 +269,7 @@ fn warning(warning: &Warning) -> checked::Warning {
 }
 
 /// The buffer for the indirect arguments of a pass that dispatches a queue.
-pub fn arguments(pass: &Pass) -> Option<Declared<Resource>> {
+pub(crate) fn arguments(pass: &Pass) -> Option<Declared<Resource>> {
     let dispatch = pass.dispatch.as_ref().filter(|dispatch| matches!(dispatch.value, Dispatch::Queue { .. }))?;
     let item = queues::arguments(&pass.name.value, pass.name.span.clone());
     Some(Declared { item, sound: true, detail: dispatch.span.clone() })

@@ -140,7 +140,7 @@ impl Scope<'_> {
 }
 
 /// The image of a source, or a copy of it, as a target.
-pub fn supplied_image(
+pub(crate) fn supplied_image(
     name: String,
     source: &Spanned<String>,
     format: Format,

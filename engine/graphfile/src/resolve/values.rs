@@ -18,7 +18,7 @@ use crate::model::{self, Fills};
 const LONGEST_MEMBER: u32 = 4096;
 
 /// The values of a block of a pass, or of one of `[blocks.*]`.
-pub fn fills(block: &Fills<model::Member>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills<Member> {
+pub(crate) fn fills(block: &Fills<model::Member>, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Fills<Member> {
     Fills { name: block.name.clone(), members: block.members.iter().map(|m| member(m, scope, found)).collect() }
 }
 
@@ -45,7 +45,11 @@ fn member_type(word: &str) -> Option<(ValueType, Option<u32>)> {
     ValueType::from_word(element).map(|ty| (ty, Some(len)))
 }
 
-pub fn constant(value: &model::Constant, scope: &Scope<'_>, found: &mut Vec<Diagnostic>) -> Option<Spanned<Feed>> {
+pub(crate) fn constant(
+    value: &model::Constant,
+    scope: &Scope<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> Option<Spanned<Feed>> {
     match value {
         model::Constant::Value(literal) => Some(Spanned::new(Feed::Literal(literal.clone()), literal.span.clone())),
         model::Constant::From(from) => source(from, scope, found).map(|feed| Spanned::new(feed, from.span.clone())),

@@ -9,7 +9,7 @@ use raxel_shader::interface::Access;
 use crate::files::Project;
 
 /// Codes that are tried here.
-pub const CODES: [&str; 5] = ["RX0136", "RX0165", "RX0166", "RX0167", "RX0168"];
+pub(crate) const CODES: [&str; 5] = ["RX0136", "RX0165", "RX0166", "RX0167", "RX0168"];
 
 const GRAPH: &str = include_str!("../fixtures/clocks/waves.toml");
 

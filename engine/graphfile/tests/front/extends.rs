@@ -7,7 +7,7 @@ use raxel_graph::checked::{Clear, Dispatch, ResourceKind, Value};
 use crate::files::Project;
 
 /// The codes that only a graph with a base can show.
-pub const CODES: [&str; 4] = ["RX0102", "RX0109", "RX0154", "RX0155"];
+pub(crate) const CODES: [&str; 4] = ["RX0102", "RX0109", "RX0154", "RX0155"];
 
 const OVER: &str = "graphs/variants/over.toml";
 

@@ -12,7 +12,7 @@ use raxel_shader::format::Format;
 use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 
 /// The graph that errors are made in. It has every construct, and no mistake.
-pub const GRAPH: &str = include_str!("base.toml");
+pub(crate) const GRAPH: &str = include_str!("base.toml");
 
 const SHADERS: [(&str, &str); 4] = [
     ("shaders/primary.comp", include_str!("primary.comp")),
@@ -23,7 +23,7 @@ const SHADERS: [(&str, &str); 4] = [
 
 /// A project in memory.
 #[derive(Clone)]
-pub struct Project {
+pub(crate) struct Project {
     pub files: BTreeMap<String, Arc<[u8]>>,
 }
 
@@ -37,7 +37,7 @@ impl Files for Project {
 static UNCHANGED: LazyLock<Compiler> = LazyLock::new(|| Compiler::new(Arc::new(Project::new())));
 
 impl Project {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let mut project = Self { files: BTreeMap::new() };
         project.put("graphs/base.toml", GRAPH);
         for (path, text) in SHADERS {
@@ -46,19 +46,19 @@ impl Project {
         project
     }
 
-    pub fn put(&mut self, path: &str, text: &str) {
+    pub(crate) fn put(&mut self, path: &str, text: &str) {
         self.files.insert(path.to_owned(), text.as_bytes().into());
     }
 
     /// Replaces a piece of a file, which must be there once.
-    pub fn edit(mut self, path: &str, old: &str, new: &str) -> Self {
+    pub(crate) fn edit(mut self, path: &str, old: &str, new: &str) -> Self {
         let text = String::from_utf8(self.files[path].to_vec()).unwrap();
         assert_eq!(text.matches(old).count(), 1, "`{old}` in {path}");
         self.put(path, &text.replace(old, new));
         self
     }
 
-    pub fn compile(&self, path: &str) -> (Compiled, SourceMap) {
+    pub(crate) fn compile(&self, path: &str) -> (Compiled, SourceMap) {
         let mut texts = SourceMap::default();
         let changed = SHADERS.iter().any(|(path, text)| self.files[*path][..] != *text.as_bytes())
             || self
@@ -74,7 +74,7 @@ impl Project {
     }
 
     /// The user's view: every diagnostic of the compilation.
-    pub fn rendered(&self, path: &str) -> String {
+    pub(crate) fn rendered(&self, path: &str) -> String {
         let (compiled, texts) = self.compile(path);
         let found = match compiled {
             Ok((_, warnings)) => warnings,
@@ -94,7 +94,7 @@ impl Project {
 }
 
 /// The layouts that the runtime would supply.
-pub fn sources() -> Vec<SourceLayout> {
+pub(crate) fn sources() -> Vec<SourceLayout> {
     let member = |name: &str, offset, ty| Member { name: name.to_owned(), offset, ty, place: None };
     let words = Type::Array { element: Box::new(Type::Scalar(Scalar::U32)), len: None, stride: 4 };
     let layout = |name: &str, image| SourceLayout {

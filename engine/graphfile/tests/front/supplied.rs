@@ -225,7 +225,7 @@ fn a_base_with_a_source_is_overlaid() {
 }
 
 /// Codes that are met here.
-pub const CODES: [&str; 1] = ["RX0156"];
+pub(crate) const CODES: [&str; 1] = ["RX0156"];
 
 #[test]
 fn a_file_that_cannot_be_read_is_an_error_at_its_name() {

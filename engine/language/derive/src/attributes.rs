@@ -8,7 +8,7 @@ use syn::spanned::Spanned;
 use syn::{Attribute, DeriveInput, Expr, Generics, Ident, LitStr, Path, Token, Type};
 
 /// Of the type.
-pub struct Container {
+pub(crate) struct Container {
     /// Its parameters, which are numbers.
     pub generics: Generics,
     /// Its name, with its parameters.
@@ -33,7 +33,7 @@ pub struct Container {
 }
 
 /// How a table is laid over an equal one.
-pub struct Layer {
+pub(crate) struct Layer {
     pub what: LitStr,
     pub unknown: Expr,
     /// The whole table replaces the one below, and not key by key.
@@ -41,13 +41,13 @@ pub struct Layer {
 }
 
 /// A function that is given fields.
-pub struct Check {
+pub(crate) struct Check {
     pub function: Path,
     pub fields: Vec<Ident>,
 }
 
 /// Of a field.
-pub struct Field {
+pub(crate) struct Field {
     pub ident: Ident,
     pub ty: Type,
     pub about: String,
@@ -71,14 +71,14 @@ pub struct Field {
 }
 
 /// Keys that a field excludes, and why.
-pub struct Exclusion {
+pub(crate) struct Exclusion {
     pub keys: Vec<LitStr>,
     pub why: LitStr,
 }
 
 /// The roles of a field.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Role {
+pub(crate) enum Role {
     /// A key.
     Key,
     /// Further keys of the same table.
@@ -98,7 +98,7 @@ pub enum Role {
 }
 
 /// Of a variant of an enum.
-pub struct Variant {
+pub(crate) struct Variant {
     pub about: String,
     pub rename: Option<LitStr>,
     /// `key = "pass"`: this form is meant if the key is there.
@@ -108,7 +108,7 @@ pub struct Variant {
 }
 
 impl Container {
-    pub fn of(input: &DeriveInput) -> syn::Result<Self> {
+    pub(crate) fn of(input: &DeriveInput) -> syn::Result<Self> {
         let mut found = Self {
             generics: input.generics.clone(),
             ident: {
@@ -175,7 +175,7 @@ impl Check {
 
 impl Field {
     /// The keys of another declaration.
-    pub fn flatten(ident: Ident, ty: Type) -> Self {
+    pub(crate) fn flatten(ident: Ident, ty: Type) -> Self {
         Self {
             ident,
             ty,
@@ -195,7 +195,7 @@ impl Field {
         }
     }
 
-    pub fn of(field: &syn::Field) -> syn::Result<Self> {
+    pub(crate) fn of(field: &syn::Field) -> syn::Result<Self> {
         let ident = field.ident.clone().ok_or_else(|| syn::Error::new(field.span(), "a key has a name"))?;
         let mut found = Self { about: about(&field.attrs), role: Role::Key, ..Self::flatten(ident, field.ty.clone()) };
         each(&field.attrs, |meta| {
@@ -235,7 +235,7 @@ impl Field {
     }
 
     /// The key, as it is written.
-    pub fn key(&self) -> String {
+    pub(crate) fn key(&self) -> String {
         self.rename.as_ref().map_or_else(|| self.ident.to_string(), LitStr::value)
     }
 }
@@ -255,7 +255,7 @@ impl Exclusion {
 }
 
 impl Variant {
-    pub fn of(variant: &syn::Variant) -> syn::Result<Self> {
+    pub(crate) fn of(variant: &syn::Variant) -> syn::Result<Self> {
         let mut found = Self { about: about(&variant.attrs), rename: None, key: None, excludes: None };
         each(&variant.attrs, |meta| {
             match word(meta)?.as_str() {

@@ -9,7 +9,7 @@ use crate::attributes::{Check, Container, Exclusion, Field, Role};
 use crate::context;
 
 /// A variable for each field, `None` where something was wrong.
-pub fn reading(container: &Container, fields: &[Field]) -> TokenStream {
+pub(crate) fn reading(container: &Container, fields: &[Field]) -> TokenStream {
     fields.iter().map(|field| variable(container, field)).collect()
 }
 
@@ -47,14 +47,14 @@ fn local(ident: &Ident) -> Ident {
 }
 
 /// The type or variant with its fields, if all are right.
-pub fn made(path: &TokenStream, fields: &[Field]) -> TokenStream {
+pub(crate) fn made(path: &TokenStream, fields: &[Field]) -> TokenStream {
     let idents = fields.iter().map(|field| &field.ident);
     let locals = fields.iter().map(|field| local(&field.ident));
     quote!(::core::option::Option::Some(#path { #(#idents: #locals?),* }))
 }
 
 /// Reports the keys that exclude the field's.
-pub fn excludes(field: &Field) -> TokenStream {
+pub(crate) fn excludes(field: &Field) -> TokenStream {
     let key = field.key();
     field
         .excludes
@@ -65,7 +65,7 @@ pub fn excludes(field: &Field) -> TokenStream {
 }
 
 /// The value at `__node`.
-pub fn value(container: &Container, field: &Field) -> TokenStream {
+pub(crate) fn value(container: &Container, field: &Field) -> TokenStream {
     let ty = &field.ty;
     let (_, context) = context(container);
     let Some(read) = &field.read else {
@@ -78,7 +78,7 @@ pub fn value(container: &Container, field: &Field) -> TokenStream {
     if is_option(ty) { quote!(#value.map(::core::option::Option::Some)) } else { value }
 }
 
-pub fn is_option(ty: &Type) -> bool {
+pub(crate) fn is_option(ty: &Type) -> bool {
     matches!(ty, Type::Path(path) if path.path.segments.last().is_some_and(|last| last.ident == "Option"))
 }
 
@@ -90,7 +90,7 @@ fn limits(field: &Field) -> TokenStream {
 }
 
 /// Calls the checks whose fields are all right; `__sound` is false after one that failed.
-pub fn checks(container: &Container, all: &[Field]) -> TokenStream {
+pub(crate) fn checks(container: &Container, all: &[Field]) -> TokenStream {
     let context = container.context.iter().map(|_| quote!(__context,));
     let context = quote!(#(#context)*);
     let check = |Check { function, fields }: &Check| {
@@ -111,13 +111,13 @@ pub fn checks(container: &Container, all: &[Field]) -> TokenStream {
 }
 
 /// How a check gets a field, given a reference to it: a value that may be absent is an `Option` of a reference.
-pub fn argument(all: &[Field], field: &Ident, reference: &TokenStream) -> TokenStream {
+pub(crate) fn argument(all: &[Field], field: &Ident, reference: &TokenStream) -> TokenStream {
     let optional = all.iter().any(|known| known.ident == *field && is_option(&known.ty));
     if optional { quote!((#reference).as_ref()) } else { quote!(#reference) }
 }
 
 /// Adds the keys of the fields to `__form`. `asked` is false where no key must be there.
-pub fn describing(fields: &[Field], asked: bool) -> TokenStream {
+pub(crate) fn describing(fields: &[Field], asked: bool) -> TokenStream {
     let describe = |field: &Field| {
         let ty = &field.ty;
         match field.role {

@@ -8,7 +8,7 @@ use crate::attributes::{Container, Field, Variant};
 use crate::{fields, tables};
 
 /// An enum without fields: each variant is a word.
-pub fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream> {
+pub(crate) fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream> {
     let ident = &container.ident;
     let variants = data.variants.iter().map(Variant::of).collect::<syn::Result<Vec<_>>>()?;
     let idents: Vec<_> = data.variants.iter().map(|variant| &variant.ident).collect();
@@ -51,7 +51,7 @@ pub fn words(container: &Container, data: &DataEnum) -> syn::Result<TokenStream>
 }
 
 /// An enum with fields: each variant is a form of one table.
-pub fn expand(container: &Container, data: &DataEnum) -> syn::Result<TokenStream> {
+pub(crate) fn expand(container: &Container, data: &DataEnum) -> syn::Result<TokenStream> {
     let forms = data.variants.iter().map(Form::of).collect::<syn::Result<Vec<_>>>()?;
     let (describing, reading) = match &container.tag {
         Some(tag) => {

@@ -7,7 +7,7 @@ use syn::Ident;
 use crate::attributes::{Check, Container, Field, Layer, Role};
 use crate::{context, fields, tables};
 
-pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Result<TokenStream> {
+pub(crate) fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Result<TokenStream> {
     let ident = &container.ident;
     let (_, context) = context(container);
     let Layer { what, unknown, whole } = layer;
@@ -102,7 +102,7 @@ pub fn expand(container: &Container, layer: &Layer, all: &[Field]) -> syn::Resul
 }
 
 /// A whole file that is laid over another.
-pub fn file(container: &Container, all: &[Field]) -> syn::Result<TokenStream> {
+pub(crate) fn file(container: &Container, all: &[Field]) -> syn::Result<TokenStream> {
     mergeable(all)?;
     let ident = &container.ident;
     let (idents, values) = (all.iter().map(|field| &field.ident), all.iter().map(|field| read(container, field)));

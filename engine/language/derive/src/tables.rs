@@ -7,7 +7,7 @@ use syn::FieldsNamed;
 use crate::attributes::{Container, Field, Role};
 use crate::{context, fields, layers};
 
-pub fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenStream> {
+pub(crate) fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenStream> {
     let all = found.named.iter().map(Field::of).collect::<syn::Result<Vec<_>>>()?;
     let keys = keys(container, &fields::describing(&all, container.layer.is_none() && !container.file));
     let reader = match &container.layer {
@@ -19,7 +19,7 @@ pub fn expand(container: &Container, found: &FieldsNamed) -> syn::Result<TokenSt
 }
 
 /// The description of the type as a table.
-pub fn keys(container: &Container, describing: &TokenStream) -> TokenStream {
+pub(crate) fn keys(container: &Container, describing: &TokenStream) -> TokenStream {
     let (ident, about, params) = (&container.ident, &container.about, &container.generics.params);
     quote! {
         #[automatically_derived]
@@ -51,7 +51,7 @@ fn read(container: &Container, all: &[Field]) -> TokenStream {
 }
 
 /// Reads the keys of the table: `body` does, from `__table`.
-pub fn reader(container: &Container, body: &TokenStream) -> TokenStream {
+pub(crate) fn reader(container: &Container, body: &TokenStream) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);
     quote! {
@@ -68,7 +68,7 @@ pub fn reader(container: &Container, body: &TokenStream) -> TokenStream {
 }
 
 /// The table under a name that its author gives: `body` reads it from `__table`, with `__name`.
-pub fn named(container: &Container, body: &TokenStream) -> TokenStream {
+pub(crate) fn named(container: &Container, body: &TokenStream) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);
     quote! {
@@ -86,7 +86,7 @@ pub fn named(container: &Container, body: &TokenStream) -> TokenStream {
 }
 
 /// The table as the value of a key: `body` reads it from `__node`.
-pub fn value(container: &Container, body: &TokenStream) -> TokenStream {
+pub(crate) fn value(container: &Container, body: &TokenStream) -> TokenStream {
     let (ident, params) = (&container.ident, &container.generics.params);
     let (generics, context) = context(container);
     quote! {
@@ -113,7 +113,7 @@ pub fn value(container: &Container, body: &TokenStream) -> TokenStream {
 }
 
 /// The whole table as the value of a key; and its conversion, if it becomes another type.
-pub fn whole(container: &Container) -> TokenStream {
+pub(crate) fn whole(container: &Container) -> TokenStream {
     let ident = &container.ident;
     let (generics, context) = context(container);
     let into = container.into.iter();

@@ -37,7 +37,7 @@ impl Lamps {
         clippy::cast_possible_truncation,
         reason = "a list of lamps has 32-bit floats and is addressed in 32 bits"
     )]
-    pub fn new(instances: &Instances, palette: &[Material], corners: &[[i32; 3]]) -> Self {
+    pub(crate) fn new(instances: &Instances, palette: &[Material], corners: &[[i32; 3]]) -> Self {
         let faces: Vec<Vec<Light>> = instances.models.iter().map(|model| of_model(model, palette)).collect();
         // Not `sum`, which is −0 for a model without a lamp.
         let sums: Vec<f64> =

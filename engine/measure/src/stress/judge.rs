@@ -121,7 +121,7 @@ pub(super) struct Batch {
 
 impl Batch {
     /// Finds the exact answers that rows are judged by.
-    pub fn answer(&mut self, oracles: &Oracles<'_>, posed: Option<&Posed>, rows: &[Row]) {
+    pub(crate) fn answer(&mut self, oracles: &Oracles<'_>, posed: Option<&Posed>, rows: &[Row]) {
         let Oracles { site: oracle, scene, stages, stored } = oracles;
         let wants = |kind| rows.iter().any(|row| row.kind() == kind);
         self.scene_hits.clear();
@@ -153,7 +153,7 @@ impl Batch {
     }
 
     /// The rays with the times up to which they are free. A time is anywhere up to the exact hit, often just before it.
-    pub fn ahead(&self) -> Vec<RayWords> {
+    pub(crate) fn ahead(&self) -> Vec<RayWords> {
         let words = |(i, (ray, answer)): (usize, (&Ray, &Answer))| RayWords::ahead(ray, t_free(ray, answer, i as u32));
         self.rays.par_iter().zip(&self.answers).enumerate().with_min_len(GRAIN).map(words).collect()
     }
@@ -204,7 +204,7 @@ impl Batch {
     }
 
     /// Judges the device's answers about the rays from `first` on, through a site's instances.
-    pub fn judge_scene(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
+    pub(crate) fn judge_scene(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
         self.tally(first, words, |tally, i, words| {
             let (ray, exact, set) = (&self.rays[i], self.scene_hits[i], usize::from(self.sets[i]));
             if let Some(wrong) = posed.judge(&mut tally.sets[set], ray, exact.as_ref(), words)
@@ -217,7 +217,7 @@ impl Batch {
     }
 
     /// Judges the device's answers about the rays from `first` on of those that continue from hits through a site's instances.
-    pub fn judge_scene_onward(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
+    pub(crate) fn judge_scene_onward(&self, posed: &Posed, first: usize, words: &[HitWords]) -> Tally {
         let OnwardScene { exact_from, rays, sets, hits, .. } = &self.onward_scene;
         self.tally(first, words, |tally, i, words| {
             let (ray, exact, set) = (&rays[i].ray, hits[i], usize::from(sets[i]));
@@ -232,7 +232,13 @@ impl Batch {
 
     /// Counts, in the first set, a shader's answers about the voxels that it had to set. A voxel that it did not set, although the copy has
     /// the chunk, is a miss. A voxel that it claims to have set, although the copy lacks the chunk, is a false hit.
-    pub fn judge_edits(site: usize, sets: usize, edits: &[VoxelEdit], found: &[HitWords], stored: bool) -> Tally {
+    pub(crate) fn judge_edits(
+        site: usize,
+        sets: usize,
+        edits: &[VoxelEdit],
+        found: &[HitWords],
+        stored: bool,
+    ) -> Tally {
         let mut tally = Tally::of(sets);
         for (edit, words) in edits.iter().zip(found) {
             let ray = Ray::new(edit.cell, [0.5; 3], [1.0, 0.0, 0.0]);
@@ -254,7 +260,7 @@ impl Batch {
     }
 
     /// Judges the device's answers about the rays from `first` on of those of a list of their own.
-    pub fn judge_seen(&self, row: &Row, seen: &Seen, first: usize, words: &[HitWords]) -> Tally {
+    pub(crate) fn judge_seen(&self, row: &Row, seen: &Seen, first: usize, words: &[HitWords]) -> Tally {
         self.tally(first, words, |tally, i, words| {
             let exact = Truth::Edited(seen.answers[i]);
             self.count(tally, row, (&seen.rays[i], seen.sets[i]), exact, said(words));
@@ -262,7 +268,7 @@ impl Batch {
     }
 
     /// Judges a row's results of the rays from `first` on, by their answers.
-    pub fn judge<T: Sync>(
+    pub(crate) fn judge<T: Sync>(
         &self,
         row: &Row,
         first: usize,
@@ -273,12 +279,12 @@ impl Batch {
     }
 
     /// Judges the device's words.
-    pub fn judge_words(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
+    pub(crate) fn judge_words(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
         self.judge(row, first, words, said)
     }
 
     /// Judges the device's words about the tiles from `first` on.
-    pub fn judge_tiles(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
+    pub(crate) fn judge_tiles(&self, row: &Row, first: usize, words: &[HitWords]) -> Tally {
         let judged = |(ranges, words): (&[(usize, usize)], &[HitWords])| {
             let mut tally = Tally::of(self.set_count);
             for (&(begin, count), words) in ranges.iter().zip(words.chunks(Tile::RAYS)) {

@@ -37,7 +37,7 @@ pub(super) struct OnwardScene {
 
 impl Onward {
     /// Makes the rays from the answers to others.
-    pub fn fill(&mut self, oracle: &Oracle<'_>, rays: &[Ray], sets: &[u16], answers: &[Answer]) {
+    pub(crate) fn fill(&mut self, oracle: &Oracle<'_>, rays: &[Ray], sets: &[u16], answers: &[Answer]) {
         let made = rays.par_iter().zip(sets).zip(answers).enumerate().with_min_len(64);
         let made = made.filter_map(|(i, ((ray, set), answer))| {
             let (hit, lattice) = (answer.hit?, Lattice::of(ray)?);
@@ -58,7 +58,7 @@ impl Onward {
 
 impl OnwardScene {
     /// Makes the rays from the hits of others through a site's instances.
-    pub fn fill(
+    pub(crate) fn fill(
         &mut self,
         (posed, oracle): (&Posed, &SceneOracle<'_>),
         rays: &[Ray],

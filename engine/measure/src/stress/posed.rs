@@ -31,7 +31,7 @@ pub(super) struct Posed {
 
 impl Posed {
     /// Instances about the solids of a world; `None` where they may not stand.
-    pub fn of(world: &World, seed: u64) -> Option<Self> {
+    pub(crate) fn of(world: &World, seed: u64) -> Option<Self> {
         let bounds = world.bounds()?;
         let mut random = Random::new(seed ^ 0x1257);
         let list: Vec<Instance> = (0..COUNT).map(|i| instance(i, bounds.min, bounds.max, &mut random)).collect();
@@ -47,12 +47,18 @@ impl Posed {
     }
 
     /// The buffer that shaders see.
-    pub fn words(&self) -> Result<Vec<u32>, RayError> {
+    pub(crate) fn words(&self) -> Result<Vec<u32>, RayError> {
         Ok(self.instances.encode(&[], u64::from(u32::MAX))?.words(&self.frames))
     }
 
     /// Adds the device's hit of a ray to its counts, and returns the mistake if it is wrong.
-    pub fn judge(&self, errors: &mut Errors, ray: &Ray, exact: Option<&SceneHit>, words: &HitWords) -> Option<Wrong> {
+    pub(crate) fn judge(
+        &self,
+        errors: &mut Errors,
+        ray: &Ray,
+        exact: Option<&SceneHit>,
+        words: &HitWords,
+    ) -> Option<Wrong> {
         let t = exact.zip(Lattice::of(ray)).map(|(hit, lattice)| hit.in_lengths(&lattice));
         let ends = |t: f64| ray.t_max < FAR && t > f64::from(ray.t_max);
         // A ray that ends at its hit finds it or does not, by the last bits of t.
@@ -72,7 +78,7 @@ impl Posed {
     }
 
     /// The same of a ray that goes on from a hit, whose normal the device has written in the place of `uv`.
-    pub fn judge_onward(
+    pub(crate) fn judge_onward(
         &self,
         errors: &mut Errors,
         ray: &Ray,

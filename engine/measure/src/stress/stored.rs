@@ -32,7 +32,7 @@ pub(super) struct Stored {
 impl Stored {
     /// Edits all over the chunks of a world: voxels are added, taken away and given other materials.
     #[expect(clippy::cast_possible_truncation, reason = "random numbers are below what they were asked for")]
-    pub fn of(world: &World, seed: u64) -> Self {
+    pub(crate) fn of(world: &World, seed: u64) -> Self {
         let mut random = Random::new(seed ^ 0x5702);
         let chunks: BTreeSet<[i32; 3]> = world.voxels().map(|(cell, _)| cell.to_array().map(|c| c >> 5)).collect();
         let chunks: Vec<IVec3> = chunks.into_iter().map(IVec3::from_array).collect();

@@ -11,7 +11,7 @@ use raxel_panels::{Action, Layout, Panel, Panels, Samples, View};
 use raxel_picture::{Statistics, not_finite};
 
 /// A window with a small graph of three passes, one of them left out.
-pub struct Window {
+pub(crate) struct Window {
     pub panels: Panels,
     pub gpu: Samples,
     /// Of each pass; where they are missing, those of the GPU.
@@ -42,7 +42,7 @@ pub struct Window {
 
 impl Window {
     /// With these panels open.
-    pub fn new(open: &[Panel]) -> Self {
+    pub(crate) fn new(open: &[Panel]) -> Self {
         let mut layout = Layout::empty();
         layout.timeline = false;
         open.iter().for_each(|panel| layout.open(*panel));
@@ -113,7 +113,7 @@ impl Window {
     }
 
     /// Draws it, and notes the user's actions.
-    pub fn draw(&mut self, ctx: &egui::Context) {
+    pub(crate) fn draw(&mut self, ctx: &egui::Context) {
         let pass = |(index, (name, state, output)): (usize, &(&'static str, PassState, Option<usize>))| Pass {
             name,
             after: name,
@@ -170,7 +170,7 @@ impl Window {
 }
 
 /// A number from 0 to 8.
-pub fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
+pub(crate) fn param(name: &str, value: Vec<f64>, default: Vec<f64>) -> Param {
     Param {
         name: name.to_owned(),
         label: name.to_owned(),
@@ -188,7 +188,7 @@ fn pin(number: u32, at: [u32; 2], value: &str) -> Pinned {
 }
 
 /// A target with texels that are read, and a buffer, at once.
-pub fn inspected() -> Inspected {
+pub(crate) fn inspected() -> Inspected {
     Inspected {
         shown: Shown::after("color", None),
         mips: 3,

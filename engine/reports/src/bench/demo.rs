@@ -7,6 +7,7 @@ use indicatif::ProgressBar;
 use raxel_gpu::DeviceOptions;
 use raxel_measure::Times;
 use raxel_measure::demo::FrameTimes;
+use raxel_measure::light::DeviceName;
 use raxel_output::{Folders, Pending, Table, shown};
 use raxel_runtime::timeline::Demo;
 use raxel_runtime::{Observe, Options, Session};
@@ -16,7 +17,7 @@ use raxel_terminal::offline::OfflineProject;
 use raxel_terminal::session::{frame_failure, open_failure, print_messages, print_validation, validated};
 use serde_json::{Value, json};
 
-use super::files::{command, today};
+use super::about::About;
 use super::matrix;
 
 /// Runs all frames of the demo without a window, one after the other, and reports their times.
@@ -113,7 +114,6 @@ fn table(times: &FrameTimes) -> Result<Vec<u8>> {
 }
 
 fn machine(demo: &Demo, session: &Session, times: &FrameTimes) -> Value {
-    let capabilities = session.device().capabilities();
     let part = |of: &Times| {
         let [median, p95, max] = [0.5, 0.95, 1.0].map(|part| of.percentile(part));
         json!({ "frames": of.milliseconds.len(), "median_ms": median, "p95_ms": p95, "max_ms": max, "milliseconds": of.milliseconds })
@@ -124,18 +124,12 @@ fn machine(demo: &Demo, session: &Session, times: &FrameTimes) -> Value {
         row["pass"] = json!(pass.pass);
         row
     });
-    json!({
-        "reason": "bench-demo",
-        "demo": demo.file,
-        "device": capabilities.name,
-        "driver": capabilities.driver,
-        "raxel": env!("CARGO_PKG_VERSION"),
-        "command": command(std::env::args().skip(1)),
-        "date": today(),
-        "size": session.size(),
-        "frame": part(&times.frame),
-        "gpu": part(&times.gpu),
-        "passes": passes.collect::<Vec<_>>(),
-        "checks": times.judge(demo).collect::<Vec<_>>(),
-    })
+    let mut value = About::of(DeviceName::of(session.device())).json("bench-demo");
+    value["demo"] = json!(demo.file);
+    value["size"] = json!(session.size());
+    value["frame"] = part(&times.frame);
+    value["gpu"] = part(&times.gpu);
+    value["passes"] = passes.collect();
+    value["checks"] = json!(times.judge(demo).collect::<Vec<_>>());
+    value
 }

@@ -3,70 +3,17 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use raxel_gpu::Device;
 use raxel_measure::bench::{Effort, Measured, Row};
 use raxel_oracle::metrics::Errors;
 use raxel_output::{Pending, Table, shown};
 use raxel_terminal::failure::Result;
 use serde_json::{Value, json};
 
+use super::about::About;
 use super::chart;
 use super::labels::stem;
 use super::matrix::same_view;
 use super::table::{Mean, means};
-
-/// The machine and the command of a measurement.
-pub(super) struct About {
-    pub device: String,
-    pub driver: String,
-    pub command: String,
-    pub date: String,
-    pub effort: Effort,
-}
-
-impl About {
-    pub fn of(device: &Device, effort: &Effort) -> Self {
-        let capabilities = device.capabilities();
-        Self {
-            device: capabilities.name.clone(),
-            driver: capabilities.driver.clone(),
-            command: command(std::env::args().skip(1)),
-            date: today(),
-            effort: *effort,
-        }
-    }
-
-    pub fn json(&self) -> Value {
-        json!({
-            "reason": "bench",
-            "device": self.device,
-            "driver": self.driver,
-            "raxel": env!("CARGO_PKG_VERSION"),
-            "command": self.command,
-            "date": self.date,
-            "effort": self.effort,
-        })
-    }
-}
-
-/// The command that measures the same, without where it writes: that is of no use elsewhere.
-pub(super) fn command(mut arguments: impl Iterator<Item = String>) -> String {
-    let mut command = "raxel".to_owned();
-    while let Some(argument) = arguments.next() {
-        if argument == "-o" || argument == "--output" {
-            arguments.next();
-        } else if !argument.starts_with("-o") && !argument.starts_with("--output=") {
-            command.push(' ');
-            command.push_str(&argument);
-        }
-    }
-    command
-}
-
-/// Today, as year-month-day.
-pub(super) fn today() -> String {
-    jiff::Timestamp::now().strftime("%F").to_string()
-}
 
 /// Charts that an earlier run has left in a folder, by the views of its results.json.
 pub(super) fn old_charts(folder: &Path) -> BTreeSet<String> {
@@ -87,7 +34,13 @@ fn chart_name(world: &str, camera: &str, [width, height]: [u32; 2]) -> String {
 }
 
 /// Writes everything into a folder, and removes those of `old` charts that there is no new one of.
-pub(super) fn write(folder: &Path, about: &About, rows: &[Row], old: &BTreeSet<String>) -> Result<Vec<String>> {
+pub(super) fn write(
+    folder: &Path,
+    about: &About,
+    effort: &Effort,
+    rows: &[Row],
+    old: &BTreeSet<String>,
+) -> Result<Vec<String>> {
     let mut written = Vec::new();
     let mut charts = BTreeSet::new();
     let mut put = |name: String, bytes: &[u8]| -> Result {
@@ -97,7 +50,7 @@ pub(super) fn write(folder: &Path, about: &About, rows: &[Row], old: &BTreeSet<S
         Ok(())
     };
     put("results.csv".to_owned(), &csv(rows)?)?;
-    let mut all = about.json();
+    let mut all = head_json(about, effort);
     all["rows"] = rows.iter().map(row_json).collect();
     all["means"] = means(rows).iter().map(mean_json).collect();
     put("results.json".to_owned(), format!("{all:#}\n").as_bytes())?;
@@ -167,6 +120,13 @@ fn numbers(measured: &Measured) -> Vec<(&'static str, Option<f64>)> {
         Err(_) => all.extend(errors(&Errors::default(), false).into_iter().map(|(name, _)| (name, None))),
     }
     all
+}
+
+/// The measurement itself as JSON.
+pub(super) fn head_json(about: &About, effort: &Effort) -> Value {
+    let mut value = about.json("bench");
+    value["effort"] = json!(effort);
+    value
 }
 
 /// One row as JSON.
@@ -248,9 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_and_fields() {
-        let arguments = "bench dda -o some/folder --size 8x8 --output=there -oelsewhere --frames 3";
-        assert_eq!(command(arguments.split(' ').map(str::to_owned)), "raxel bench dda --size 8x8 --frames 3");
+    fn each_field_has_a_name() {
         let head = String::from_utf8(csv(&[]).unwrap()).unwrap();
         assert_eq!(head.trim_end().split(',').count(), numbers(&EMPTY).len() + 7, "{head}");
     }

@@ -15,7 +15,7 @@ use serde_json::json;
 /// The stages overlap, on all cores. The first row is without overlap: each frame is on disk before the next begins.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example: raxel bench film worlds/valley.demo.toml --frames 240 --size 1920x1080")]
-pub struct Args {
+pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 
@@ -40,7 +40,7 @@ const CASES: [(&str, &str, Compression, Mode); 5] = [
     ("mp4", "film.mp4", Compression::Fast, Mode::AtOnce),
 ];
 
-pub fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
+pub(crate) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Result {
     let scratch = Scratch::new()?;
     let (what, manifest) = args.what.in_project(console)?;
     let fps = what.demo().map(|demo| demo.fps).or(manifest.fps).unwrap_or(60.0);

@@ -9,6 +9,7 @@ use raxel_diagnostics::{Diagnostic, names};
 use raxel_gpu::{DeviceKind, DeviceOptions};
 use raxel_layouts::Layout;
 use raxel_measure::bench::{BenchError, Effort, Matrix, Refusal, Row, Runner, cameras};
+use raxel_measure::light::DeviceName;
 use raxel_output::{Folders, Pending};
 use raxel_runtime::world::SessionWorld;
 use raxel_terminal::args::{Messages, Size, each_once, size};
@@ -16,11 +17,12 @@ use raxel_terminal::console::{self, Console, Format, To};
 use raxel_terminal::failure::{Exit, Failure, Result};
 use raxel_terminal::offline::OfflineProject;
 
+use super::about::About;
 use super::{export, files, table as printed};
 
 /// The cases to measure, and the outputs.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub(crate) struct Args {
     /// Graphs, by file or by name; all of graphs/bench and graphs/rivals/march by default.
     #[arg(value_name = "GRAPH")]
     graphs: Vec<String>,
@@ -104,9 +106,9 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
         let software = runner.device().capabilities().kind == DeviceKind::Cpu;
         found.matrix.sizes = vec![if software { [320, 180] } else { [3840, 2160] }];
     }
-    let about = files::About::of(runner.device(), &found.matrix.effort);
+    let about = About::of(DeviceName::of(runner.device()));
     if console.format() == Format::Json {
-        console::json(&about.json());
+        console::json(&files::head_json(&about, &found.matrix.effort));
     }
     // Errors in a graph are printed before the others are measured, which takes minutes.
     let broken = runner.broken(&found.matrix.graphs);
@@ -114,7 +116,7 @@ pub(super) fn run(args: &Args, device: &DeviceOptions, console: &Console) -> Res
     // A run that is broken off keeps the figures so far.
     let old_charts = args.output.as_deref().map(files::old_charts).unwrap_or_default();
     let keep = |rows: &[Row]| match &args.output {
-        Some(folder) => files::write(folder, &about, rows, &old_charts),
+        Some(folder) => files::write(folder, &about, &found.matrix.effort, rows, &old_charts),
         None => Ok(Vec::new()),
     };
     let rows = measure(&mut runner, &found, console, &keep)?;

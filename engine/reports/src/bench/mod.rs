@@ -1,5 +1,6 @@
 //! `raxel bench`: measurements that anybody can repeat.
 
+mod about;
 mod chart;
 mod demo;
 mod export;

@@ -20,7 +20,7 @@ use super::first_picture::first_picture;
 #[command(
     after_help = "Examples: raxel bench reload --edits 50 --size 640x360\n          raxel bench reload --shader trace.comp"
 )]
-pub struct Args {
+pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 

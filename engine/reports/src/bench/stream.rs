@@ -22,7 +22,7 @@ use serde_json::json;
 #[command(
     after_help = "Example: raxel bench stream graphs/bench/first_hit.toml --world worlds/frontier.toml --speed 256 --size 1920x1080"
 )]
-pub struct Args {
+pub(crate) struct Args {
     #[command(flatten)]
     what: What,
 

@@ -21,7 +21,7 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
-    pub fn prepare(path: &Path) -> Result<Self> {
+    pub(crate) fn prepare(path: &Path) -> Result<Self> {
         let file = |path: &Path| Ok::<_, Failure>(Some((Pending::new(path)?, shown(path))));
         let named_folder = path.is_dir() || path.as_os_str().to_string_lossy().ends_with(['/', '\\']);
         match path.extension().map(|extension| extension.to_string_lossy().into_owned()).as_deref() {
@@ -40,7 +40,7 @@ impl Outputs {
         }
     }
 
-    pub fn write(
+    pub(crate) fn write(
         &mut self,
         plan: &Plan,
         report: &Report,

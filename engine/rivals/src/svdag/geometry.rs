@@ -37,7 +37,7 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
-    pub fn of(chunks: &[&Chunk]) -> Self {
+    pub(crate) fn of(chunks: &[&Chunk]) -> Self {
         let order = blocks_in_order();
         let masks = |chunk: &Chunk| order.iter().map(|&block| chunk.mask(block)).collect::<Vec<u64>>();
         let leaves = distinct(chunks, |chunk| masks(chunk).into_iter().filter(|mask| *mask != 0));
@@ -79,27 +79,27 @@ impl Geometry {
     }
 
     /// Words of all nodes and leaves.
-    pub fn words(&self) -> usize {
+    pub(crate) fn words(&self) -> usize {
         // An empty world has one empty node.
         self.words.max(1)
     }
 
-    pub fn leaf_count(&self) -> usize {
+    pub(crate) fn leaf_count(&self) -> usize {
         self.leaves.len()
     }
 
     /// Leaves included.
-    pub fn node_count(&self) -> usize {
+    pub(crate) fn node_count(&self) -> usize {
         self.leaves.len() + self.heights.iter().map(Vec::len).sum::<usize>()
     }
 
     /// Word of the topmost node of a chunk, from the first node.
-    pub fn root(&self, chunk: usize) -> u32 {
+    pub(crate) fn root(&self, chunk: usize) -> u32 {
         self.places[4][self.roots[chunk] as usize]
     }
 
     /// Writes everything; `at` is the address of the words.
-    pub fn write(&self, words: &mut [u32], at: usize) {
+    pub(crate) fn write(&self, words: &mut [u32], at: usize) {
         for height in 0..4 {
             for ((node, &voxels), &place) in
                 self.heights[height].iter().zip(&self.voxels[height]).zip(&self.places[height + 1])

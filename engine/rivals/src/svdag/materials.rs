@@ -41,7 +41,7 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    pub fn of(chunks: &[&Chunk]) -> Self {
+    pub(crate) fn of(chunks: &[&Chunk]) -> Self {
         let order = blocks_in_order();
         let mut of_chunk = Vec::with_capacity(chunks.len());
         let (mut blocks, mut packed) = (Vec::new(), Vec::new());
@@ -74,12 +74,12 @@ impl Materials {
         Self { chunks: of_chunk, blocks, packed, places, words }
     }
 
-    pub fn words(&self) -> usize {
+    pub(crate) fn words(&self) -> usize {
         self.words
     }
 
     /// The material entry of an instance of a chunk: one material, or the word of its first block from the first word of all.
-    pub fn link(&self, chunk: usize) -> u32 {
+    pub(crate) fn link(&self, chunk: usize) -> u32 {
         match self.chunks[chunk] {
             Ok(material) => UNIFORM | u32::from(material),
             Err(first) => first as u32,
@@ -87,7 +87,7 @@ impl Materials {
     }
 
     /// Writes the blocks' words, then the packed blocks.
-    pub fn write(&self, words: &mut [u32]) {
+    pub(crate) fn write(&self, words: &mut [u32]) {
         for (word, block) in words.iter_mut().zip(&self.blocks) {
             *word = match block {
                 Block::Uniform(material) => UNIFORM | u32::from(*material),

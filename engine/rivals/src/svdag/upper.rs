@@ -25,7 +25,7 @@ pub(super) struct Upper {
 
 impl Upper {
     /// From every chunk's cell in a cube of 2^`height` chunks a side.
-    pub fn of(uses: impl Iterator<Item = ([u32; 3], Instance)>, height: u32) -> Self {
+    pub(crate) fn of(uses: impl Iterator<Item = ([u32; 3], Instance)>, height: u32) -> Self {
         let mut uses: Vec<(u128, Instance)> = uses.map(|(cell, instance)| (octree_path(cell), instance)).collect();
         uses.sort_unstable();
         let (instances, mut below) = distinct(uses);
@@ -53,17 +53,17 @@ impl Upper {
         Self { instances, levels }
     }
 
-    pub fn instances(&self) -> usize {
+    pub(crate) fn instances(&self) -> usize {
         self.instances.len()
     }
 
-    pub fn words(&self) -> usize {
+    pub(crate) fn words(&self) -> usize {
         let nodes = self.levels.iter().flatten().map(|children| 1 + children.len());
         nodes.sum::<usize>() + INSTANCE_WORDS * self.instances.len()
     }
 
     /// Writes everything, the root first. `at` is the address of the words, `geometry_at` that of the first node inside chunks.
-    pub fn write(&self, words: &mut [u32], at: usize, geometry_at: usize) {
+    pub(crate) fn write(&self, words: &mut [u32], at: usize, geometry_at: usize) {
         let mut next = 0;
         let mut places: Vec<Vec<u32>> = vec![Vec::new(); self.levels.len()];
         for (level, places) in self.levels.iter().zip(&mut places).rev() {

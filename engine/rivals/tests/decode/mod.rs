@@ -6,10 +6,10 @@ use raxel_layouts::{Flat64Header, HashedChunksHeader, Tree64Header};
 use raxel_rivals::{BrickmapHeader, SvdagHeader, SvoHeader};
 use raxel_world::child_cell;
 
-pub type Voxels = BTreeMap<[i32; 3], u16>;
+pub(crate) type Voxels = BTreeMap<[i32; 3], u16>;
 
 /// Smallest corner of a cube, in voxels.
-pub type Corner = [i64; 3];
+pub(crate) type Corner = [i64; 3];
 
 fn split<H: bytemuck::AnyBitPattern>(buffer: &[u32]) -> (H, &[u32]) {
     let (header, words) = buffer.split_at(size_of::<H>() / 4);
@@ -83,7 +83,7 @@ fn table_entries(
         .collect()
 }
 
-pub fn tree64(buffer: &[u32]) -> Voxels {
+pub(crate) fn tree64(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<Tree64Header>(buffer);
     let mut voxels = Voxels::new();
     let root = std::array::from_fn(|i| words[4 * header.root as usize + i]);
@@ -92,7 +92,7 @@ pub fn tree64(buffer: &[u32]) -> Voxels {
 }
 
 /// Reads a node of height `height` with all that is below it. Cells are cubes of `edge` voxels: 1 in a world, more in a tile of a higher level.
-pub fn tree64_node(words: &[u32], node: [u32; 4], height: u32, corner: Corner, edge: i64, voxels: &mut Voxels) {
+pub(crate) fn tree64_node(words: &[u32], node: [u32; 4], height: u32, corner: Corner, edge: i64, voxels: &mut Voxels) {
     let [.., children, material] = node;
     let [filled, uniform, linked] = [31, 30, 29].map(|bit| material >> bit & 1 == 1);
     let size = 1_i64 << (2 * height - 2);
@@ -113,7 +113,7 @@ pub fn tree64_node(words: &[u32], node: [u32; 4], height: u32, corner: Corner, e
     }
 }
 
-pub fn chunk_table(buffer: &[u32]) -> Voxels {
+pub(crate) fn chunk_table(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<HashedChunksHeader>(buffer);
     let mut voxels = Voxels::new();
     for (corner, at) in table_entries(words, header.table_at, header.log2_slots, 5, header.log2_size, header.origin) {
@@ -136,7 +136,7 @@ pub fn chunk_table(buffer: &[u32]) -> Voxels {
     voxels
 }
 
-pub fn octree(buffer: &[u32]) -> Voxels {
+pub(crate) fn octree(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<HashedChunksHeader>(buffer);
     let mut voxels = Voxels::new();
     for (corner, at) in table_entries(words, header.table_at, header.log2_slots, 5, header.log2_size, header.origin) {
@@ -174,7 +174,7 @@ fn octree_node(nodes: &[u32], depth: u32, index: usize, corner: Corner, voxels: 
     node
 }
 
-pub fn brickmap(buffer: &[u32]) -> Voxels {
+pub(crate) fn brickmap(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<BrickmapHeader>(buffer);
     let mut voxels = Voxels::new();
     let sectors = if header.log2_slots == 0 {
@@ -236,7 +236,7 @@ fn brickmap_grid(header: &BrickmapHeader, words: &[u32]) -> Vec<(Corner, u32)> {
     cells.into_iter().filter(|(_, word)| word >> 31 == 0).map(|(cell, word)| (corner(cell), word)).collect()
 }
 
-pub fn svo(buffer: &[u32]) -> Voxels {
+pub(crate) fn svo(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<SvoHeader>(buffer);
     let mut voxels = Voxels::new();
     let mut upper = vec![(header.root as usize, header.log2_size, header.origin.map(i64::from))];
@@ -270,7 +270,7 @@ fn svo_node(words: &[u32], chunk: usize, node: u32, height: u32, corner: Corner,
     }
 }
 
-pub fn svdag(buffer: &[u32]) -> Voxels {
+pub(crate) fn svdag(buffer: &[u32]) -> Voxels {
     let (header, words) = split::<SvdagHeader>(buffer);
     let mut voxels = Voxels::new();
     let mut upper = vec![(header.root as usize, header.log2_size, header.origin.map(i64::from))];
@@ -331,7 +331,7 @@ fn packed_material(words: &[u32], at: usize, kind: u32, number: usize) -> u16 {
 }
 
 /// The material of a voxel of a leaf, by the leaf's link.
-pub fn linked_material(words: &[u32], link: u32, rank: usize) -> u16 {
+pub(crate) fn linked_material(words: &[u32], link: u32, rank: usize) -> u16 {
     let [uniform, low, high] = [30, 29, 31].map(|bit| link >> bit & 1);
     let kind = [0, 1, 2, 4][(2 * high + low) as usize];
     if uniform == 1 { link as u16 } else { packed_material(words, (link & 0x1fff_ffff) as usize, kind, rank) }
@@ -357,11 +357,11 @@ fn flat64_records(buffer: &[u32]) -> (Flat64Header, &[u32], Vec<Record>) {
 }
 
 /// The blocks of 16³ with their radii.
-pub fn flat64_radii(buffer: &[u32]) -> Vec<([i64; 3], u32)> {
+pub(crate) fn flat64_radii(buffer: &[u32]) -> Vec<([i64; 3], u32)> {
     flat64_records(buffer).2.into_iter().map(|(block, record)| (block, record[3])).collect()
 }
 
-pub fn flat64(buffer: &[u32]) -> Voxels {
+pub(crate) fn flat64(buffer: &[u32]) -> Voxels {
     let (header, words, records) = flat64_records(buffer);
     let mut voxels = Voxels::new();
     for (block, record) in records {

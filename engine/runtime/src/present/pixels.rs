@@ -17,7 +17,7 @@ pub(super) struct Pixels {
 
 impl Pixels {
     /// Takes the pixels of a picture. The next recording copies them.
-    pub fn take(&mut self, device: &Arc<Device>, picture: &Picture) -> Result<(), PresentError> {
+    pub(crate) fn take(&mut self, device: &Arc<Device>, picture: &Picture) -> Result<(), PresentError> {
         let wanted = ImageInfo {
             format: vk::Format::R8G8B8A8_UNORM,
             volume: false,
@@ -41,7 +41,7 @@ impl Pixels {
     }
 
     /// The image with the pixels that were taken last, in `GENERAL`, to be read by transfers; `None` before the first.
-    pub fn image(&mut self, recording: &mut Recording<'_>) -> Option<&Arc<Image>> {
+    pub(crate) fn image(&mut self, recording: &mut Recording<'_>) -> Option<&Arc<Image>> {
         let image = self.image.as_ref()?;
         if let Some((staging, new)) = self.waiting.take() {
             let stage = vk::PipelineStageFlags2::ALL_TRANSFER;

@@ -26,7 +26,7 @@ const HOLD: Duration = Duration::from_millis(120);
 const TIDY: Duration = Duration::from_secs(1);
 
 /// A finished edit.
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// Ready to be swapped in.
     Ready(Box<Ready>),
     /// Wrong.
@@ -34,7 +34,7 @@ pub enum Outcome {
 }
 
 /// Everything that a new plan needs.
-pub struct Ready {
+pub(crate) struct Ready {
     /// Counts the edits.
     pub generation: u64,
     /// Files that changed.
@@ -66,7 +66,7 @@ enum Message {
 }
 
 /// A session's end of the thread.
-pub struct Reloader {
+pub(crate) struct Reloader {
     outcomes: Receiver<Outcome>,
     messages: Sender<Message>,
     settings: Arc<Mutex<BuildSettings>>,
@@ -78,7 +78,7 @@ pub type Waker = Arc<dyn Fn() + Send + Sync>;
 
 impl Reloader {
     /// Watches the files of `state` in the folder `root`.
-    pub fn start(
+    pub(crate) fn start(
         root: &std::path::Path,
         loader: Arc<Loader>,
         state: ProjectState,
@@ -129,7 +129,7 @@ impl Reloader {
     }
 
     /// Changes the settings of builds.
-    pub fn set_settings(&self, settings: BuildSettings) {
+    pub(crate) fn set_settings(&self, settings: BuildSettings) {
         let mut current = self.settings.lock().unwrap_or_else(PoisonError::into_inner);
         let other_device = !Arc::ptr_eq(&current.context.memory, &settings.context.memory);
         *current = settings;
@@ -141,30 +141,30 @@ impl Reloader {
     }
 
     /// Loads another file in place of the running one: an outcome as of an edit.
-    pub fn open(&self, file: ProjectFile) {
+    pub(crate) fn open(&self, file: ProjectFile) {
         // A builder that has stopped opens nothing.
         let _ = self.messages.send(Message::Open(file));
     }
 
     /// Compiles all shaders again, with or without checks of the bounds of their accesses: an outcome as of an edit.
-    pub fn check_bounds(&self, on: bool) {
+    pub(crate) fn check_bounds(&self, on: bool) {
         // A builder that has stopped compiles nothing.
         let _ = self.messages.send(Message::CheckBounds(on));
     }
 
     /// Compiles all shaders again, with or without records of their writes: an outcome as of an edit.
-    pub fn record_writes(&self, on: bool) {
+    pub(crate) fn record_writes(&self, on: bool) {
         // A builder that has stopped compiles nothing.
         let _ = self.messages.send(Message::RecordWrites(on));
     }
 
     /// The outcomes since the last call, oldest first.
-    pub fn poll(&self) -> Vec<Outcome> {
+    pub(crate) fn poll(&self) -> Vec<Outcome> {
         self.outcomes.try_iter().collect()
     }
 
     /// Waits for an outcome.
-    pub fn wait(&self, timeout: Duration) -> Vec<Outcome> {
+    pub(crate) fn wait(&self, timeout: Duration) -> Vec<Outcome> {
         let first = self.outcomes.recv_timeout(timeout);
         first.into_iter().chain(self.outcomes.try_iter()).collect()
     }

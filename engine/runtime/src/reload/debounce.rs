@@ -11,23 +11,23 @@ use crate::recording_files::Content;
 
 /// Quiet time after a file was closed or renamed into place. Short: the file is whole, and only the other files of a "save all" are
 /// still to come.
-pub const QUIET_AFTER_CLOSE: Duration = Duration::from_millis(15);
+pub(crate) const QUIET_AFTER_CLOSE: Duration = Duration::from_millis(15);
 
 /// Quiet time after a write, where the system does not say when the writer closes the file.
-pub const QUIET_AFTER_WRITE: Duration = Duration::from_millis(50);
+pub(crate) const QUIET_AFTER_WRITE: Duration = Duration::from_millis(50);
 
 /// Quiet time after a write, where the system will say when the writer closes the file.
-pub const QUIET_WHILE_OPEN: Duration = Duration::from_millis(300);
+pub(crate) const QUIET_WHILE_OPEN: Duration = Duration::from_millis(300);
 
 /// The time that an existing file may be missing or empty, as it is between two steps of a save.
-pub const GONE_FOR_A_MOMENT: Duration = Duration::from_millis(250);
+pub(crate) const GONE_FOR_A_MOMENT: Duration = Duration::from_millis(250);
 
 /// Longest wait for quiet, however busy the folder.
-pub const LONGEST_WAIT: Duration = Duration::from_millis(1500);
+pub(crate) const LONGEST_WAIT: Duration = Duration::from_millis(1500);
 
 /// The change of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FileActivity {
+pub(crate) enum FileActivity {
     /// Closed after writing, renamed, deleted: one step of a save is finished.
     Finished,
     /// Written to; the system will say when it is closed.
@@ -48,7 +48,7 @@ impl FileActivity {
 
 /// Files that were touched and are waited for, and the contents of all files as last used.
 #[derive(Debug, Default)]
-pub struct Debounce {
+pub(crate) struct Debounce {
     touched: BTreeMap<String, ActiveFile>,
     known: BTreeMap<String, Content>,
 }
@@ -63,18 +63,18 @@ struct ActiveFile {
 
 impl Debounce {
     /// The files that matter from now on, with the contents that were used.
-    pub fn expect(&mut self, files: impl IntoIterator<Item = (String, Content)>) {
+    pub(crate) fn expect(&mut self, files: impl IntoIterator<Item = (String, Content)>) {
         self.known = files.into_iter().collect();
         self.touched.retain(|path, _| self.known.contains_key(path));
     }
 
     /// Whether a file matters.
-    pub fn matters(&self, path: &str) -> bool {
+    pub(crate) fn matters(&self, path: &str) -> bool {
         self.known.contains_key(path)
     }
 
     /// Something happened to a file.
-    pub fn touch(&mut self, path: &str, activity: FileActivity, now: Instant) {
+    pub(crate) fn touch(&mut self, path: &str, activity: FileActivity, now: Instant) {
         if self.matters(path) {
             let first = self.touched.get(path).map_or(now, |touched| touched.first);
             let due = (now + activity.quiet()).min(first + LONGEST_WAIT);
@@ -84,18 +84,18 @@ impl Debounce {
     }
 
     /// When [`Debounce::changed`] is worth calling; `None` while nothing was touched.
-    pub fn due(&self) -> Option<Instant> {
+    pub(crate) fn due(&self) -> Option<Instant> {
         self.touched.values().map(|touched| touched.due).max()
     }
 
     /// Whether a touched file already differs from the used one, even if its edit is not finished.
-    pub fn differs(&self, read: impl Fn(&str) -> Content) -> bool {
+    pub(crate) fn differs(&self, read: impl Fn(&str) -> Content) -> bool {
         self.touched.keys().any(|path| self.known.get(path) != Some(&read(path)))
     }
 
     /// The files that differ from the used ones, with their contents, if all touched files are whole already: each is closed and none is gone. Only
     /// the other files of the same save are still waited for.
-    pub fn whole(&self, read: impl Fn(&str) -> Content) -> Vec<(String, Content)> {
+    pub(crate) fn whole(&self, read: impl Fn(&str) -> Content) -> Vec<(String, Content)> {
         if self.touched.values().any(|touched| !touched.is_closed) {
             return Vec::new();
         }
@@ -108,7 +108,7 @@ impl Debounce {
     }
 
     /// Once all touched files are quiet: those whose contents differ from the used ones. They count as used from then on.
-    pub fn changed(&mut self, now: Instant, read: impl Fn(&str) -> Content) -> Vec<String> {
+    pub(crate) fn changed(&mut self, now: Instant, read: impl Fn(&str) -> Content) -> Vec<String> {
         if self.due().is_none_or(|due| due > now) {
             return Vec::new();
         }

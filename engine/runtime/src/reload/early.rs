@@ -7,14 +7,14 @@ use raxel_graph::checked::Graph;
 
 /// The files that were compiled early last, as they were.
 #[derive(Debug, Default)]
-pub struct Early {
+pub(crate) struct Early {
     compiled: Vec<(String, Content)>,
 }
 
 impl Early {
     /// Leaves the modules of a graph whose files are whole in the compiler's cache, where the finished edit finds them. A file is compiled once as it
     /// is.
-    pub fn compile(&mut self, debounce: &Debounce, loader: &Loader, path: &str, graph: &LoadOutcome<Graph>) {
+    pub(crate) fn compile(&mut self, debounce: &Debounce, loader: &Loader, path: &str, graph: &LoadOutcome<Graph>) {
         let files = loader.files();
         let whole = debounce.whole(|path| content(&files.read(path)));
         if whole.is_empty() || whole == self.compiled {

@@ -36,7 +36,7 @@ type ManifestState = (u64, SystemTime);
 impl MendWatch {
     /// Watches the project in the folder `root`. `said` is true if its manifest had text when it was read: now an editor may be saving it.
     /// `waker` is called after each change.
-    pub fn start(root: &Path, said: bool, waker: Option<Waker>) -> std::io::Result<Self> {
+    pub(crate) fn start(root: &Path, said: bool, waker: Option<Waker>) -> std::io::Result<Self> {
         let (sender, changes) = channel();
         let (stop, stopped) = channel();
         let mut files = Files::new(root.to_owned(), said);
@@ -55,19 +55,19 @@ impl MendWatch {
     }
 
     /// The newest change since the last call.
-    pub fn poll(&self) -> Option<Change> {
+    pub(crate) fn poll(&self) -> Option<Change> {
         self.changes.try_iter().last()
     }
 
     /// The same; waits for it.
-    pub fn wait(&self, timeout: Duration) -> Option<Change> {
+    pub(crate) fn wait(&self, timeout: Duration) -> Option<Change> {
         let first = self.changes.recv_timeout(timeout).ok()?;
         Some(self.poll().unwrap_or(first))
     }
 
     /// Whether the manifest is unchanged since a change, so that the values read since then hold. A session that is open follows all other
     /// files by itself.
-    pub fn manifest_holds(&self, change: &Change) -> bool {
+    pub(crate) fn manifest_holds(&self, change: &Change) -> bool {
         change.manifest == manifest_state(&self.root)
     }
 }

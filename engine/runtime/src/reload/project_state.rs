@@ -17,7 +17,7 @@ use crate::world::SessionWorld;
 
 /// The state that a session has loaded from its files.
 #[derive(Clone)]
-pub struct ProjectState {
+pub(crate) struct ProjectState {
     /// Project path of the graph that runs.
     pub graph_path: String,
     /// Project path of the world; `None` for the empty world.
@@ -58,7 +58,7 @@ impl ProjectFile {
 
 /// The user's choices besides a demo.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Named {
+pub(crate) struct Named {
     /// A graph.
     pub graph: bool,
     /// A world.
@@ -67,7 +67,7 @@ pub struct Named {
 
 impl ProjectState {
     /// A graph alone, over the empty world.
-    pub fn of_graph(path: &str, loader: &Loader) -> Self {
+    pub(crate) fn of_graph(path: &str, loader: &Loader) -> Self {
         Self {
             graph_path: path.to_owned(),
             world_path: None,
@@ -81,12 +81,12 @@ impl ProjectState {
     }
 
     /// The graph at a project path, if it is one of those that run here.
-    pub fn graph_at(&self, path: &str) -> Option<&LoadOutcome<Graph>> {
+    pub(crate) fn graph_at(&self, path: &str) -> Option<&LoadOutcome<Graph>> {
         if path == self.graph_path { Some(&self.graph) } else { self.other_graphs.get(path) }
     }
 
     /// Lets another of the graphs run. False when there is none at that path.
-    pub fn change_graph(&mut self, path: &str) -> bool {
+    pub(crate) fn change_graph(&mut self, path: &str) -> bool {
         if path == self.graph_path {
             return true;
         }
@@ -97,7 +97,7 @@ impl ProjectState {
     }
 
     /// Loads another file in place of the running one. A demo that runs ends.
-    pub fn open(&mut self, file: &ProjectFile, loader: &Loader) {
+    pub(crate) fn open(&mut self, file: &ProjectFile, loader: &Loader) {
         (self.demo, self.demo_path, self.named) = (None, None, Named::default());
         self.other_graphs.clear();
         match file {
@@ -117,14 +117,14 @@ impl ProjectState {
     }
 
     /// Whether a graph, a world or a demo is another file than in `before`.
-    pub fn is_of_other_files(&self, before: &Self) -> bool {
+    pub(crate) fn is_of_other_files(&self, before: &Self) -> bool {
         let paths = |state: &Self| (state.graph_path.clone(), state.world_path.clone(), state.demo_path.clone());
         paths(self) != paths(before)
     }
 
     /// Loads the files of the demo that are new or were wrong, and drops the files that it names no longer. Returns whether the graphs
     /// and the world changed.
-    pub fn follow_demo(&mut self, loader: &Loader) -> Named {
+    pub(crate) fn follow_demo(&mut self, loader: &Loader) -> Named {
         let mut changed = Named::default();
         let Some(demo) = self.demo.as_ref().and_then(|part| part.result.as_ref().ok()).cloned() else { return changed };
         if !self.named.graph {
@@ -170,7 +170,7 @@ impl ProjectState {
     }
 
     /// Everything found in all files, with the texts; the demo is held against its graphs.
-    pub fn diagnostics(&self) -> (Vec<Diagnostic>, SourceMap) {
+    pub(crate) fn diagnostics(&self) -> (Vec<Diagnostic>, SourceMap) {
         let mut texts = self.graph.texts.clone();
         let mut found = self.graph.found().to_vec();
         for other in self.other_graphs.values() {
@@ -210,7 +210,7 @@ fn name_missing<T>(part: &mut LoadOutcome<T>, named: &Spanned<String>) {
 
 /// The session's present settings for builds.
 #[derive(Clone)]
-pub struct BuildSettings {
+pub(crate) struct BuildSettings {
     /// Extent of the output in pixels.
     pub output: [u32; 2],
     /// Project path of the graph that is to run.
@@ -232,7 +232,7 @@ pub struct BuildSettings {
 impl BuildSettings {
     /// The inputs of a plan of this graph, which is at `path`, and world. A debug target that the graph does not have gives way to the
     /// graph's own, and a pinned resource that it does not have is left out.
-    pub fn selection(&self, path: &str, graph: &Graph, world: &SessionWorld) -> Selection {
+    pub(crate) fn selection(&self, path: &str, graph: &Graph, world: &SessionWorld) -> Selection {
         let mut params = self.params.clone();
         params.adopt(graph);
         let present = self.debug_target.resolve(graph).or_else(|_| DebugTarget::default().resolve(graph));

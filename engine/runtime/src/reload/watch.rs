@@ -16,7 +16,7 @@ const POLL: Duration = Duration::from_millis(200);
 
 /// The way in which a [`Watcher`] learns of changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Means {
+pub(crate) enum Means {
     /// The system reports changes (inotify, `FSEvents`, `ReadDirectoryChanges`).
     System,
     /// The files are looked at now and then.
@@ -24,7 +24,7 @@ pub enum Means {
 }
 
 /// Watches files of a project.
-pub struct Watcher {
+pub(crate) struct Watcher {
     root: PathBuf,
     means: Means,
     inner: Box<dyn notify::Watcher + Send>,
@@ -35,7 +35,7 @@ pub struct Watcher {
 
 /// The reports of a watcher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Notice<'p> {
+pub(crate) enum Notice<'p> {
     /// A file, by its project path, was touched.
     File(&'p str, FileActivity),
     /// A folder of files came or went; [`Watcher::renew`] is due.
@@ -43,7 +43,7 @@ pub enum Notice<'p> {
 }
 
 /// Gets the reports, on a thread of the watcher's.
-pub type Tell = Arc<dyn Fn(Notice<'_>) + Send + Sync>;
+pub(crate) type Tell = Arc<dyn Fn(Notice<'_>) + Send + Sync>;
 
 /// The project paths of a path on disk.
 #[derive(Debug, Default)]
@@ -66,7 +66,7 @@ impl Names {
 
 impl Watcher {
     /// Watches nothing yet. `poll` asks for polling; it is also the fallback when the system's own means fail.
-    pub fn new(root: &Path, poll: bool, tell: Tell) -> Self {
+    pub(crate) fn new(root: &Path, poll: bool, tell: Tell) -> Self {
         let names = Arc::new(Mutex::new(Names::default()));
         let (watcher, means) = if poll { None } else { system(&names, &tell) }
             .map_or_else(|| (polling(&names, &tell), Means::Polling), |watcher| (watcher, Means::System));
@@ -74,7 +74,7 @@ impl Watcher {
     }
 
     /// Watches exactly these project paths, whether they exist or not.
-    pub fn watch<'p>(&mut self, files: impl Iterator<Item = &'p str>) {
+    pub(crate) fn watch<'p>(&mut self, files: impl Iterator<Item = &'p str>) {
         let mut names = Names::default();
         let mut folders = BTreeSet::from([self.root.clone()]);
         for file in files {
@@ -108,7 +108,7 @@ impl Watcher {
     }
 
     /// A folder was created again: watches on the old one are dead.
-    pub fn renew(&mut self) {
+    pub(crate) fn renew(&mut self) {
         for folder in std::mem::take(&mut self.watched) {
             let _ = self.inner.unwatch(&folder);
         }

@@ -30,14 +30,14 @@ pub(super) struct ProjectFiles {
 
 impl ProjectFiles {
     /// Files that nothing watches yet.
-    pub fn new(project: Project, loader: Arc<Loader>, state: ProjectState) -> Self {
+    pub(crate) fn new(project: Project, loader: Arc<Loader>, state: ProjectState) -> Self {
         let (warnings, texts) = state.diagnostics();
         let (checks_bounds, records_writes) = (loader.checks_bounds(), loader.records_writes());
         Self { project, loader, state, warnings, texts, reloader: None, checks_bounds, records_writes }
     }
 
     /// Watches the files from here on, and rebuilds for these settings.
-    pub fn watch(&mut self, settings: BuildSettings, options: &Options) -> Result<(), OpenError> {
+    pub(crate) fn watch(&mut self, settings: BuildSettings, options: &Options) -> Result<(), OpenError> {
         let (root, waker) = (self.project.root(), options.waker.clone());
         let started = Reloader::start(root, self.loader.clone(), self.state.clone(), settings, options.poll, waker);
         self.reloader = Some(started.map_err(|error| {
@@ -48,19 +48,19 @@ impl ProjectFiles {
     }
 
     /// Sets the settings of later builds, if anything builds them.
-    pub fn set_settings(&self, settings: impl FnOnce() -> BuildSettings) {
+    pub(crate) fn set_settings(&self, settings: impl FnOnce() -> BuildSettings) {
         if let Some(reloader) = &self.reloader {
             reloader.set_settings(settings());
         }
     }
 
     /// Loads another file in place of the running one. False where nothing builds it.
-    pub fn open(&self, file: ProjectFile) -> bool {
+    pub(crate) fn open(&self, file: ProjectFile) -> bool {
         self.reloader.as_ref().map(|reloader| reloader.open(file)).is_some()
     }
 
     /// Compiles all shaders again, with or without checks of bounds. False where nothing builds them.
-    pub fn check_bounds(&mut self, on: bool) -> bool {
+    pub(crate) fn check_bounds(&mut self, on: bool) -> bool {
         let Some(reloader) = &self.reloader else { return false };
         reloader.check_bounds(on);
         self.checks_bounds = on;
@@ -68,7 +68,7 @@ impl ProjectFiles {
     }
 
     /// Compiles all shaders again, with or without records of their writes. False where nothing builds them.
-    pub fn record_writes(&mut self, on: bool) -> bool {
+    pub(crate) fn record_writes(&mut self, on: bool) -> bool {
         let Some(reloader) = &self.reloader else { return false };
         reloader.record_writes(on);
         self.records_writes = on;
@@ -76,37 +76,37 @@ impl ProjectFiles {
     }
 
     /// Whether shaders check their accesses, or will once they are compiled again.
-    pub fn checks_bounds(&self) -> bool {
+    pub(crate) fn checks_bounds(&self) -> bool {
         self.checks_bounds
     }
 
     /// Whether shaders record their writes, or will once they are compiled again.
-    pub fn records_writes(&self) -> bool {
+    pub(crate) fn records_writes(&self) -> bool {
         self.records_writes
     }
 
     /// The edits that were built since the last call.
-    pub fn poll(&self) -> Vec<Outcome> {
+    pub(crate) fn poll(&self) -> Vec<Outcome> {
         self.reloader.as_ref().map(Reloader::poll).unwrap_or_default()
     }
 
     /// The same; waits for the first of them.
-    pub fn wait(&self, timeout: Duration) -> Vec<Outcome> {
+    pub(crate) fn wait(&self, timeout: Duration) -> Vec<Outcome> {
         self.reloader.as_ref().map(|reloader| reloader.wait(timeout)).unwrap_or_default()
     }
 
     /// Other files run.
-    pub fn adopt(&mut self, state: ProjectState, warnings: Vec<Diagnostic>, texts: SourceMap) {
+    pub(crate) fn adopt(&mut self, state: ProjectState, warnings: Vec<Diagnostic>, texts: SourceMap) {
         (self.state, self.warnings, self.texts) = (state, warnings, texts);
     }
 
     /// The loaded files cannot run.
-    pub fn open_error(&self, diagnostics: Vec<Diagnostic>) -> OpenError {
+    pub(crate) fn open_error(&self, diagnostics: Vec<Diagnostic>) -> OpenError {
         OpenError::Project { diagnostics, texts: Box::new(self.texts.clone()) }
     }
 
     /// The loaded files have no plan.
-    pub fn plan_error(&self, diagnostics: Vec<Diagnostic>) -> FrameError {
+    pub(crate) fn plan_error(&self, diagnostics: Vec<Diagnostic>) -> FrameError {
         FrameError::Plan { diagnostics, texts: Box::new(self.texts.clone()) }
     }
 }

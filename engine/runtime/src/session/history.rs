@@ -15,7 +15,7 @@ pub(super) struct History {
 
 impl History {
     /// Another frame begins: how far back the running histories go, and whether one of them is cleared first.
-    pub fn begin(&mut self, known: Histories) {
+    pub(crate) fn begin(&mut self, known: Histories) {
         self.depth = known.depth;
         if known.cleared {
             self.frames = 0;
@@ -23,22 +23,22 @@ impl History {
     }
 
     /// The frame has run.
-    pub fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.frames = self.frames.saturating_add(1);
     }
 
     /// Resources that are carried from frame to frame start over.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.frames = 0;
     }
 
     /// Whether every history holds contents of frames; never in the first frame.
-    pub fn is_valid(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         self.frames >= self.depth.max(1)
     }
 
     /// Whether these were cleared by another size for the first time: a window that is being dragged has many sizes.
-    pub fn is_news(&mut self, cleared: &[String]) -> bool {
+    pub(crate) fn is_news(&mut self, cleared: &[String]) -> bool {
         let new: Vec<String> = cleared.iter().filter(|name| !self.said.contains(name)).cloned().collect();
         let any = !new.is_empty();
         self.said.extend(new);

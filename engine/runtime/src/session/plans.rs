@@ -31,7 +31,7 @@ pub(super) struct Plans {
 
 impl Plans {
     /// With the first plan.
-    pub fn new(running: Selection, plan: Arc<Plan>) -> Self {
+    pub(crate) fn new(running: Selection, plan: Arc<Plan>) -> Self {
         Self {
             kept: vec![(running.clone(), plan)],
             running,
@@ -44,7 +44,7 @@ impl Plans {
     }
 
     /// Notes the plan that runs.
-    pub fn remember(&mut self, selection: Selection, plan: Arc<Plan>) {
+    pub(crate) fn remember(&mut self, selection: Selection, plan: Arc<Plan>) {
         self.kept.retain(|(known, _)| *known != selection);
         if self.kept.len() == MOST_KEPT {
             self.kept.remove(0);
@@ -54,38 +54,38 @@ impl Plans {
     }
 
     /// A plan that was made before.
-    pub fn find(&self, selection: &Selection) -> Option<Arc<Plan>> {
+    pub(crate) fn find(&self, selection: &Selection) -> Option<Arc<Plan>> {
         self.kept.iter().find(|(known, _)| known == selection).map(|(_, plan)| plan.clone())
     }
 
     /// Plans for other sizes of their bound resources are stale.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.kept.clear();
     }
 
     /// On another device, a refused plan may be possible.
-    pub fn allow(&mut self) {
+    pub(crate) fn allow(&mut self) {
         self.refused = None;
     }
 
     /// Another graph runs, or other files: nothing is refused any more.
-    pub fn forgive(&mut self) {
+    pub(crate) fn forgive(&mut self) {
         (self.refused, self.refused_graph) = (None, None);
     }
 
     /// Whether the present selection has no possible plan.
-    pub fn is_refused(&self) -> bool {
+    pub(crate) fn is_refused(&self) -> bool {
         self.refused.is_some()
     }
 
     /// Whether a frame with these values of params is to look whether another plan is needed.
-    pub fn are_due(&mut self, values: &[Value]) -> bool {
+    pub(crate) fn are_due(&mut self, values: &[Value]) -> bool {
         let decided = |(id, value): &(ParamId, Value)| values[id.0 as usize] == *value;
         self.stale || self.retry.due() || !self.conditions.iter().all(decided)
     }
 
     /// Notes the values of the params that conditions ask for: when one changes, another plan may be needed.
-    pub fn note_conditions(&mut self, graph: &Graph, values: &[Value]) {
+    pub(crate) fn note_conditions(&mut self, graph: &Graph, values: &[Value]) {
         self.conditions.clear();
         for condition in graph.passes.iter().flat_map(|pass| &pass.when) {
             if let Fact::Param(id) = &condition.fact {
@@ -95,7 +95,7 @@ impl Plans {
     }
 
     /// Whether to make a plan: it must not run already, and must not have been refused.
-    pub fn wants(&mut self, wanted: &Selection) -> bool {
+    pub(crate) fn wants(&mut self, wanted: &Selection) -> bool {
         self.stale = false;
         if *wanted == self.running {
             self.accept();
@@ -109,12 +109,12 @@ impl Plans {
     }
 
     /// The plan that was wanted runs.
-    pub fn accept(&mut self) {
+    pub(crate) fn accept(&mut self) {
         (self.refused, self.retry) = (None, Retry::default());
     }
 
     /// The present selection has no possible plan. True if that must be reported; memory may be free later.
-    pub fn refuse(&mut self, wanted: Selection, error: &BuildError) -> bool {
+    pub(crate) fn refuse(&mut self, wanted: Selection, error: &BuildError) -> bool {
         let again = self.refused.as_ref() == Some(&wanted);
         let first = !matches!(error, BuildError::Device(_)) || self.retry.refused();
         self.refused = Some(wanted);

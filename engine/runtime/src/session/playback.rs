@@ -76,7 +76,7 @@ pub(super) struct Followed {
 
 impl Playback {
     /// Before the first frame.
-    pub fn new(step: Option<f64>, camera: Camera, params: Params, demo: Option<Arc<Demo>>) -> Self {
+    pub(crate) fn new(step: Option<f64>, camera: Camera, params: Params, demo: Option<Arc<Demo>>) -> Self {
         Self {
             clock: Clock::new(step.map_or(Pace::Live, |step| Pace::Fixed(Fraction::of(step)))),
             view: CameraView { camera, previous: camera, subpixel: [0.0; 2] },
@@ -94,7 +94,7 @@ impl Playback {
     }
 
     /// Brings camera and params to a time, as the demo has them; `before` is the time of the last frame.
-    pub fn follow_demo(&mut self, before: Option<Moment>, time: Moment, graph: &Graph) -> Followed {
+    pub(crate) fn follow_demo(&mut self, before: Option<Moment>, time: Moment, graph: &Graph) -> Followed {
         let mut followed = Followed::default();
         self.params.forget_demo();
         let Some(demo) = self.demo.driving() else { return followed };
@@ -117,7 +117,7 @@ impl Playback {
     }
 
     /// Brings the inputs to a time: the demo's, over the live ones. `before` is the time of the last frame.
-    pub fn follow_inputs(&mut self, before: Option<Moment>, time: Moment, output: [u32; 2]) {
+    pub(crate) fn follow_inputs(&mut self, before: Option<Moment>, time: Moment, output: [u32; 2]) {
         let fixed = matches!(self.clock.pace(), Pace::Fixed(_)) || self.demo.drives();
         self.inputs.advance(fixed.then(|| time.seconds()));
         let Some(demo) = self.demo.driving() else { return };
@@ -132,13 +132,13 @@ impl Playback {
     }
 
     /// Brings the microphone to a time: to the file of a demo that drives, or to its other source.
-    pub fn follow_microphone(&mut self, time: Moment) {
+    pub(crate) fn follow_microphone(&mut self, time: Moment) {
         let demo = self.demo.driving().and_then(|demo| Some((&demo.heard.as_ref()?.samples, demo.local_time(time))));
         self.microphone.follow(time.seconds(), demo);
     }
 
     /// The user drives from here on, with the values of this frame. False when no demo drives.
-    pub fn take_over(&mut self, graph: &Graph) -> bool {
+    pub(crate) fn take_over(&mut self, graph: &Graph) -> bool {
         if !self.demo.drives() {
             return false;
         }
@@ -155,25 +155,25 @@ impl Playback {
 
 impl DemoPlayback {
     /// The demo, while it drives.
-    pub fn driving(&self) -> Option<&Arc<Demo>> {
+    pub(crate) fn driving(&self) -> Option<&Arc<Demo>> {
         self.demo.as_ref().filter(|_| !self.taken_over)
     }
 
     /// Whether it drives.
-    pub fn drives(&self) -> bool {
+    pub(crate) fn drives(&self) -> bool {
         self.driving().is_some()
     }
 }
 
 impl ParamValues {
     /// The values are those that the user set.
-    pub fn forget_demo(&mut self) {
+    pub(crate) fn forget_demo(&mut self) {
         self.shown.clear();
         self.shown.extend_from_slice(self.set.values());
     }
 
     /// The params with the values of this frame.
-    pub fn of_frame(&self, graph: &Graph) -> Params {
+    pub(crate) fn of_frame(&self, graph: &Graph) -> Params {
         let mut params = self.set.clone();
         for (param, (shown, set)) in graph.params.iter().zip(self.shown.iter().zip(self.set.values())) {
             if shown != set {
@@ -185,7 +185,7 @@ impl ParamValues {
     }
 
     /// Replaces the value of a member of a pass's blocks.
-    pub fn set_member(&mut self, graph: &Graph, pass: &str, member: &str, value: Value) -> Result<(), SetError> {
+    pub(crate) fn set_member(&mut self, graph: &Graph, pass: &str, member: &str, value: Value) -> Result<(), SetError> {
         for change in find_member(graph, pass, member, value)? {
             self.overrides
                 .retain(|known| (known.pass, known.uniform, known.fill) != (change.pass, change.uniform, change.fill));
@@ -196,13 +196,13 @@ impl ParamValues {
     }
 
     /// Gives a member back to the graph.
-    pub fn unset_member(&mut self, graph: &Graph, pass: &str, member: &str) {
+    pub(crate) fn unset_member(&mut self, graph: &Graph, pass: &str, member: &str) {
         self.members.remove(&(pass.to_owned(), member.to_owned()));
         self.find_overrides(graph);
     }
 
     /// Another graph runs: values are kept by name.
-    pub fn adopt(&mut self, graph: &Graph) {
+    pub(crate) fn adopt(&mut self, graph: &Graph) {
         self.set.adopt(graph);
         self.forget_demo();
         self.find_overrides(graph);
@@ -217,7 +217,7 @@ impl ParamValues {
 
 impl CameraView {
     /// There is no way from the last picture to the next one.
-    pub fn cut(&mut self) {
+    pub(crate) fn cut(&mut self) {
         self.previous = self.camera;
     }
 
@@ -226,7 +226,13 @@ impl CameraView {
         clippy::cast_possible_truncation,
         reason = "shaders get 32-bit floats, and the number of the frame modulo 2³²"
     )]
-    pub fn builtins(&self, time: &FrameTime, inputs: &ShownInputs, output: [u32; 2], world: &SessionWorld) -> Builtins {
+    pub(crate) fn builtins(
+        &self,
+        time: &FrameTime,
+        inputs: &ShownInputs,
+        output: [u32; 2],
+        world: &SessionWorld,
+    ) -> Builtins {
         let mut builtins = Builtins {
             frame_index: time.index as u32,
             frame_time: time.time.seconds() as f32,

@@ -56,14 +56,14 @@ pub(super) struct Shown {
 
 impl Shown {
     /// Everything that can be read at the end of a frame, besides the debug target.
-    pub fn kept(&self) -> Vec<String> {
+    pub(crate) fn kept(&self) -> Vec<String> {
         self.pinned.iter().chain(&self.live).cloned().collect()
     }
 }
 
 impl Renderer {
     /// Runs the plan of a graph from the next frame on.
-    pub fn new(
+    pub(crate) fn new(
         mut executor: Executor,
         context: DeviceContext,
         graph: Arc<Graph>,
@@ -91,7 +91,7 @@ impl Renderer {
     }
 
     /// Swaps in a plan of a graph for another selection over the same world. Says which histories another size has cleared.
-    pub fn plan_for(
+    pub(crate) fn plan_for(
         &mut self,
         graph: &Arc<Graph>,
         world: &SessionWorld,
@@ -125,7 +125,7 @@ impl Renderer {
     }
 
     /// Everything that passes keep from frame to frame starts over.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         self.executor.reset_history();
         self.still.reset();
         self.history.reset();

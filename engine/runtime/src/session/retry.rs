@@ -12,7 +12,7 @@ pub(super) struct Retry {
 
 impl Retry {
     /// The device has refused. True for the first time: then it is worth saying.
-    pub fn refused(&mut self) -> bool {
+    pub(crate) fn refused(&mut self) -> bool {
         let first = self.left.is_none();
         self.left = Some(self.wait);
         self.wait = if first { 1 } else { (self.wait * 2).min(MOST) };
@@ -20,7 +20,7 @@ impl Retry {
     }
 
     /// Another frame begins. Whether it is time for another try.
-    pub fn due(&mut self) -> bool {
+    pub(crate) fn due(&mut self) -> bool {
         match &mut self.left {
             None => false,
             Some(0) => true,

@@ -13,18 +13,18 @@ pub(super) struct SwitchedOff {
 
 impl SwitchedOff {
     /// Switches a pass off, in the graph that runs and in later ones that have it.
-    pub fn add(&mut self, suspect: Suspect) {
+    pub(crate) fn add(&mut self, suspect: Suspect) {
         self.suspects.push(suspect);
     }
 
     /// Finds the passes in the running graph that are unchanged since they were suspected.
-    pub fn find(&mut self, graph: &Graph, executor: &Executor) {
+    pub(crate) fn find(&mut self, graph: &Graph, executor: &Executor) {
         self.suspects.retain(|suspect| runs(executor, suspect));
         self.passes = self.suspects.iter().flat_map(|suspect| graph.cases(&suspect.declared)).collect();
     }
 
     /// Their names.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         self.suspects.iter().map(|suspect| suspect.declared.as_str())
     }
 }

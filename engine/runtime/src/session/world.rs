@@ -36,12 +36,12 @@ pub(super) enum Edited {
 
 impl WorldState {
     /// A world without changes.
-    pub fn new(shown: Arc<SessionWorld>, editing: Editing) -> Self {
+    pub(crate) fn new(shown: Arc<SessionWorld>, editing: Editing) -> Self {
         Self { shown, editing, changed: Changed::new(), output: ShaderOutput::default() }
     }
 
     /// Makes the world after a change the one that is shown.
-    pub fn change(&mut self, changes: &Changes, on_device: &OnDevice) -> Edited {
+    pub(crate) fn change(&mut self, changes: &Changes, on_device: &OnDevice) -> Edited {
         if changes.is_empty() {
             return Edited::InPlace;
         }
@@ -63,13 +63,13 @@ impl WorldState {
     }
 
     /// There is no way from the last picture to the next one.
-    pub fn cut(&mut self) {
+    pub(crate) fn cut(&mut self) {
         self.output.forget_poses();
         self.changed.everything();
     }
 
     /// The world was loaded again.
-    pub fn replace(&mut self, world: Arc<SessionWorld>) {
+    pub(crate) fn replace(&mut self, world: Arc<SessionWorld>) {
         let other_instances = world.instances().list.len() != self.shown.instances().list.len();
         self.shown = world;
         self.changed.everything();

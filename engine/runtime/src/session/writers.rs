@@ -15,7 +15,7 @@ pub(super) struct Writers {
 
 impl Writers {
     /// Takes the writes of a pass in a frame.
-    pub fn note(&mut self, written: PassWrites) {
+    pub(crate) fn note(&mut self, written: PassWrites) {
         if self.texel.as_ref() == Some(&*written.texel) {
             // A clock may run a pass several times in a frame.
             self.known.retain(|known| known.pass != written.pass || known.frame == written.frame);
@@ -24,7 +24,7 @@ impl Writers {
     }
 
     /// Forgets the known writes: they are those of other shaders or of another texel.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.known.clear();
     }
 

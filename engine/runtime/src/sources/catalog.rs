@@ -14,10 +14,10 @@ use raxel_shader::interface::{Access, Block, Member, Scalar, Type};
 use super::SourceName;
 
 /// The name under which graphs declare their edits of the world.
-pub const EDITS: &str = "world.edits";
+pub(crate) const EDITS: &str = "world.edits";
 
 /// The name under which graphs declare where their passes put instances.
-pub const POSES: &str = "world.poses";
+pub(crate) const POSES: &str = "world.poses";
 
 /// The texels of a layout's image.
 pub const VOXEL_FORMAT: Format = Format::R16ui;

@@ -15,7 +15,7 @@ use crate::world::SessionWorld;
 
 /// Poses that passes have written, which hold until others are written or time jumps.
 #[derive(Clone, Debug, Default)]
-pub struct WrittenPoses {
+pub(crate) struct WrittenPoses {
     by_instance: Vec<Option<Pose>>,
     /// Counts changes.
     serial: u64,
@@ -23,7 +23,7 @@ pub struct WrittenPoses {
 
 impl WrittenPoses {
     /// Takes the records of a frame.
-    pub fn take(&mut self, poses: &[(usize, Option<Pose>)]) {
+    pub(crate) fn take(&mut self, poses: &[(usize, Option<Pose>)]) {
         for &(index, pose) in poses {
             if self.by_instance.len() <= index {
                 self.by_instance.resize(index + 1, None);
@@ -36,7 +36,7 @@ impl WrittenPoses {
     }
 
     /// Gives all instances back to the world's file and to params.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         if !self.by_instance.is_empty() {
             self.by_instance.clear();
             self.serial += 1;
@@ -44,13 +44,13 @@ impl WrittenPoses {
     }
 
     /// The number of changes so far.
-    pub fn serial(&self) -> u64 {
+    pub(crate) fn serial(&self) -> u64 {
         self.serial
     }
 }
 
 /// The poses of a world's instances, by records of passes and by the params of a graph.
-pub fn frames(instances: &Instances, graph: &Graph, values: &[Value], written: &WrittenPoses) -> Vec<Frame> {
+pub(crate) fn frames(instances: &Instances, graph: &Graph, values: &[Value], written: &WrittenPoses) -> Vec<Frame> {
     instances.frames_with(&written.by_instance, |param| {
         let id = graph.find_param(param)?;
         number(&values[id.0 as usize])
@@ -59,7 +59,7 @@ pub fn frames(instances: &Instances, graph: &Graph, values: &[Value], written: &
 
 /// Instances that are on a device.
 #[derive(Debug)]
-pub struct LiveInstances {
+pub(crate) struct LiveInstances {
     instances: Instances,
     buffer: InstanceBuffer,
     /// Their poses in the last write.
@@ -70,7 +70,7 @@ pub struct LiveInstances {
 
 impl LiveInstances {
     /// Those of a world, where they stand without any param; with the words of their buffer.
-    pub fn new(world: &SessionWorld, limits: EncodingLimits) -> Result<(Self, Vec<u32>), LayoutError> {
+    pub(crate) fn new(world: &SessionWorld, limits: EncodingLimits) -> Result<(Self, Vec<u32>), LayoutError> {
         let instances = world.instances().clone();
         let buffer = instances.encode(world.palette(), limits.buffer_bytes)?;
         let shown = instances.frames(|_| None);
@@ -79,7 +79,7 @@ impl LiveInstances {
     }
 
     /// Moves them to the poses of passes and of the graph's params, before the next frame. Does nothing while these stay the same.
-    pub fn follow(
+    pub(crate) fn follow(
         &mut self,
         graph: &Arc<Graph>,
         values: &[Value],
@@ -111,7 +111,7 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 /// The mistakes in moving the instances of a world by the params of a graph that binds them as `resource`.
-pub fn check(graph: &Graph, world: &SessionWorld, resource: &Resource) -> Vec<Diagnostic> {
+pub(crate) fn check(graph: &Graph, world: &SessionWorld, resource: &Resource) -> Vec<Diagnostic> {
     let motions = world.instances().list.iter().flat_map(|instance| &instance.motions);
     let needed: BTreeSet<&str> = motions.filter(|m| m.default.is_none()).map(|m| m.param.as_str()).collect();
     let numbers = || graph.params.iter().filter(|param| number(&param.default).is_some()).map(|p| p.name.as_str());

@@ -26,7 +26,7 @@ use crate::world::{SessionWorld, WorldIdentity};
 
 /// The sources of one device. Sources of a world or a file are dropped with it, as soon as no plan uses them any more.
 #[derive(Debug, Default)]
-pub struct OnDevice {
+pub(crate) struct OnDevice {
     entries: Mutex<Vec<Entry>>,
     /// Streamed worlds are loaded while frames run, instead of being complete before each.
     live: bool,
@@ -86,12 +86,12 @@ impl PartialEq for Key {
 
 impl OnDevice {
     /// Nothing yet. `live`: streamed worlds are loaded while frames run.
-    pub fn new(live: bool) -> Self {
+    pub(crate) fn new(live: bool) -> Self {
         Self { live, ..Self::default() }
     }
 
     /// The stream of a streamed world, if a plan has bound it.
-    pub fn stream(&self, world: &SessionWorld) -> Option<Arc<WorldStream>> {
+    pub(crate) fn stream(&self, world: &SessionWorld) -> Option<Arc<WorldStream>> {
         world.streamed()?;
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         // A world that was replaced by an edit of its file gives its pool and its threads back at once.
@@ -101,7 +101,7 @@ impl OnDevice {
     }
 
     /// The source of a resource, or of a copy: encoded and uploaded at its first use. `None` for a resource of the graph's own.
-    pub fn supply(
+    pub(crate) fn supply(
         &self,
         resource: &Resource,
         world: &SessionWorld,
@@ -186,7 +186,7 @@ impl OnDevice {
 
     /// Follows an edit, after which the world is `world`. Encodings that can are written in place, before the next frame; the others are
     /// dropped, to be made again. True when one was dropped.
-    pub fn edit(&self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
+    pub(crate) fn edit(&self, world: &SessionWorld, changes: &[(ChunkPos, Option<Arc<Chunk>>)]) -> bool {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let before = entries.len();
         entries.retain_mut(|entry| match &entry.key {
@@ -198,14 +198,20 @@ impl OnDevice {
     }
 
     /// Tells a streamed world on the device which of its chunks are other ones now.
-    pub fn edit_streamed(&self, world: &SessionWorld, chunks: &[ChunkPos]) {
+    pub(crate) fn edit_streamed(&self, world: &SessionWorld, chunks: &[ChunkPos]) {
         if let Some(stream) = self.stream(world).filter(|_| !chunks.is_empty()) {
             stream.changed(chunks);
         }
     }
 
     /// Moves the instances of a world to where passes and the params of a graph say, before the next frame.
-    pub fn move_instances(&self, world: &SessionWorld, graph: &Arc<Graph>, values: &[Value], written: &WrittenPoses) {
+    pub(crate) fn move_instances(
+        &self,
+        world: &SessionWorld,
+        graph: &Arc<Graph>,
+        values: &[Value],
+        written: &WrittenPoses,
+    ) {
         if world.instances().list.is_empty() {
             return;
         }
@@ -220,7 +226,7 @@ impl OnDevice {
     }
 
     /// Tells graphs that read them which keys are held, before the next frame.
-    pub fn write_keys(&self, words: [u32; 24]) {
+    pub(crate) fn write_keys(&self, words: [u32; 24]) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         for entry in entries.iter_mut() {
             if let Some(Live::Keys(written)) = &mut entry.live
@@ -235,7 +241,7 @@ impl OnDevice {
 
     /// Plays videos and sounds to a time, before the next frame. With `waits`, each frame is the one of its time, however long decoding
     /// takes. `microphone` is the sound that the frame hears. Returns a number that differs where other texels are shown, and messages.
-    pub fn play(&self, seconds: f64, waits: bool, microphone: &Heard<'_>) -> (u64, Vec<Diagnostic>) {
+    pub(crate) fn play(&self, seconds: f64, waits: bool, microphone: &Heard<'_>) -> (u64, Vec<Diagnostic>) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let (mut shown, mut wrong) = (0_u64, Vec::new());
         for entry in entries.iter_mut().filter(|entry| entry.key.is_alive()) {
@@ -257,13 +263,13 @@ impl OnDevice {
     }
 
     /// Drops everything of a world.
-    pub fn forget(&self, world: &SessionWorld) {
+    pub(crate) fn forget(&self, world: &SessionWorld) {
         let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         entries.retain(|entry| !matches!(&entry.key, Key::Voxels { world: of, .. } if is(of, world)));
     }
 
     /// Sizes of a world's sources that are there, by the planner's names.
-    pub fn sizes(&self, world: &SessionWorld) -> BTreeMap<String, SourceSize> {
+    pub(crate) fn sizes(&self, world: &SessionWorld) -> BTreeMap<String, SourceSize> {
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let named = |entry: &Entry| match &entry.key {
             Key::Voxels { name, copied, world: of } if is(of, world) => {
@@ -276,7 +282,7 @@ impl OnDevice {
     }
 
     /// The part of a world that is there under a name, e.g. `world.tree64`.
-    pub fn find(&self, name: &str, world: &SessionWorld) -> Option<Arc<ExternalResource>> {
+    pub(crate) fn find(&self, name: &str, world: &SessionWorld) -> Option<Arc<ExternalResource>> {
         let wanted = SourceName::parse(name)?;
         let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
         let found = entries.iter().find(
@@ -286,7 +292,7 @@ impl OnDevice {
     }
 
     /// Drops everything that no plan uses.
-    pub fn clear(&self) {
+    pub(crate) fn clear(&self) {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner).clear();
     }
 }

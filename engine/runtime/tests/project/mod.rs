@@ -5,12 +5,12 @@ use std::path::Path;
 
 use raxel_runtime::session::Validation;
 use raxel_runtime::{Options, Session};
-pub use raxel_testing::Project;
+pub(crate) use raxel_testing::Project;
 
-pub const FILL_GRAPH: &str = include_str!("../fixtures/project/fill.toml");
+pub(crate) const FILL_GRAPH: &str = include_str!("../fixtures/project/fill.toml");
 
 /// Fills with a GLSL expression.
-pub fn fill(expression: &str) -> String {
+pub(crate) fn fill(expression: &str) -> String {
     format!(
         r"#version 460
 //INCLUDE
@@ -24,22 +24,22 @@ void main() {{
 }
 
 /// Adds a param to last frame's sum.
-pub const COUNT: &str = include_str!("../fixtures/project/count.comp");
+pub(crate) const COUNT: &str = include_str!("../fixtures/project/count.comp");
 
-pub const COUNT_GRAPH: &str = include_str!("../fixtures/project/count.toml");
+pub(crate) const COUNT_GRAPH: &str = include_str!("../fixtures/project/count.toml");
 
 /// Writes `history.valid`, `frame.still` and last frame's sum plus one.
-pub const VALID: &str = include_str!("../fixtures/project/valid.comp");
+pub(crate) const VALID: &str = include_str!("../fixtures/project/valid.comp");
 
-pub const VALID_GRAPH: &str = include_str!("../fixtures/project/valid.toml");
+pub(crate) const VALID_GRAPH: &str = include_str!("../fixtures/project/valid.toml");
 
 /// Number of solid voxels in red, a param in green.
-pub const WORLD_GRAPH: &str = include_str!("../fixtures/project/world.toml");
+pub(crate) const WORLD_GRAPH: &str = include_str!("../fixtures/project/world.toml");
 
-pub const WORLD_SHADER: &str = include_str!("../fixtures/project/world.comp");
+pub(crate) const WORLD_SHADER: &str = include_str!("../fixtures/project/world.comp");
 
 /// A cube of that edge.
-pub fn box_world(edge: u32) -> String {
+pub(crate) fn box_world(edge: u32) -> String {
     format!(
         r##"name = "box"
 [materials]
@@ -54,7 +54,7 @@ material = "red"
 }
 
 /// Holds `gain`.
-pub fn box_demo(gain: f32) -> String {
+pub(crate) fn box_demo(gain: f32) -> String {
     format!(
         r#"world = "box.toml"
 graph = "world.toml"
@@ -66,13 +66,13 @@ keys = [[0.0, {gain:?}]]
 }
 
 /// Says which validation messages came, if any did.
-pub fn assert_silent(session: &Session) {
+pub(crate) fn assert_silent(session: &Session) {
     let messages = session.device().log().messages();
     assert!(messages.is_empty(), "{messages:#?}");
 }
 
 /// Sessions of a project.
-pub trait Sessions {
+pub(crate) trait Sessions {
     /// A project with the graph `fill`.
     fn filled() -> Self;
     fn options(&self) -> Options;
@@ -110,25 +110,25 @@ impl Sessions for Project {
 }
 
 /// The first texel of the shown target.
-pub fn texel(session: &mut Session) -> [f32; 4] {
+pub(crate) fn texel(session: &mut Session) -> [f32; 4] {
     let present = session.graph().present;
     let name = session.graph().resource(present).name.clone();
     session.read_target(&name).unwrap().floats()[0]
 }
 
 /// Its red channel.
-pub fn red(session: &mut Session) -> f32 {
+pub(crate) fn red(session: &mut Session) -> f32 {
     texel(session)[0]
 }
 
 /// Its red channel after one more frame.
-pub fn red_after_frame(session: &mut Session) -> f32 {
+pub(crate) fn red_after_frame(session: &mut Session) -> f32 {
     session.frame().unwrap();
     red(session)
 }
 
 /// Writes a WAV file of one channel, with 48,000 samples a second.
-pub fn write_wav(path: &Path, samples: &[i16]) {
+pub(crate) fn write_wav(path: &Path, samples: &[i16]) {
     let bytes = u32::try_from(2 * samples.len()).unwrap();
     let mut file = Vec::new();
     file.extend(b"RIFF");

@@ -34,7 +34,7 @@ struct Run {
 }
 
 /// Runs graphs one after the other in one session: each is a reload of the one before, and a reset.
-pub fn run(seeds: Range<u64>) {
+pub(crate) fn run(seeds: Range<u64>) {
     let mut r = generate::random(seeds.start ^ 0x5EED);
     let project = Project::filled();
     let fps = r.pick(&["60", "30", "24", "29.97", "144"]);

@@ -5,11 +5,11 @@ use raxel_testing::Random;
 use crate::model::{Clock, Common, Every, Float, Graph, How, Int, Kind, Pass, Read, Resource, Size, Write};
 
 /// The choices of a seed.
-pub fn random(seed: u64) -> Random {
+pub(crate) fn random(seed: u64) -> Random {
     Random::new(seed.wrapping_mul(0xD1B5_4A32_D192_ED03))
 }
 
-pub const RATES: [&str; 8] = ["7", "10", "12.5", "20", "23.976", "30", "59.94", "100"];
+pub(crate) const RATES: [&str; 8] = ["7", "10", "12.5", "20", "23.976", "30", "59.94", "100"];
 
 fn resource(r: &mut Random, number: usize, before: &[Resource], clocked: bool) -> Resource {
     let targets: Vec<usize> = (0..before.len()).filter(|at| before[*at].is_target()).collect();
@@ -37,7 +37,7 @@ fn resource(r: &mut Random, number: usize, before: &[Resource], clocked: bool) -
     }
 }
 
-pub fn graph(r: &mut Random) -> Graph {
+pub(crate) fn graph(r: &mut Random) -> Graph {
     let clocked = r.percent(40);
     let mut resources: Vec<Resource> = Vec::new();
     for number in 0..3 + r.below(6) {
@@ -141,6 +141,6 @@ pub fn graph(r: &mut Random) -> Graph {
     Graph { name: "random".to_owned(), resources, passes, clock, rounds, common, n, flag, present: shown }
 }
 
-pub fn word(random: &mut Random) -> u32 {
+pub(crate) fn word(random: &mut Random) -> u32 {
     random.below(1000)
 }

@@ -6,17 +6,17 @@ use crate::model::{Every, Float, Graph, How, Int, Kind, Pass, Resource, Size};
 use crate::shaders::mixed;
 
 /// A number of seconds or of times a second: numerator and denominator.
-pub type Exact = (u128, u128);
+pub(crate) type Exact = (u128, u128);
 
 /// A decimal as it is written.
-pub fn exact(decimal: &str) -> Exact {
+pub(crate) fn exact(decimal: &str) -> Exact {
     let (whole, part) = decimal.split_once('.').unwrap_or((decimal, ""));
     (format!("{whole}{part}").parse().expect("digits"), 10_u128.pow(part.len() as u32))
 }
 
 /// The inputs of a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Given {
+pub(crate) struct Given {
     pub output: [u32; 2],
     pub time: Exact,
     pub salt: u32,
@@ -34,7 +34,7 @@ struct Ring {
 }
 
 #[derive(Default)]
-pub struct Machine {
+pub(crate) struct Machine {
     rings: BTreeMap<String, Ring>,
     index: u32,
     /// The whole of what a frame depends on besides time, as the last frame had it, and how long since it changed.
@@ -57,19 +57,19 @@ fn ticks(time: Exact, hz: Exact) -> (u128, u128, u128) {
 
 impl Machine {
     /// Starts over.
-    pub fn reset(&mut self) {
+    pub(crate) fn reset(&mut self) {
         *self = Machine::default();
     }
 
     /// The graph or a shader was edited: passes whose shader was edited run at once.
-    pub fn edited(&mut self, shaders: bool) {
+    pub(crate) fn edited(&mut self, shaders: bool) {
         self.last = None;
         if shaders {
             self.ran.clear();
         }
     }
 
-    pub fn texels(&self, name: &str, age: usize, mip: usize) -> &(u32, u32, Vec<u32>) {
+    pub(crate) fn texels(&self, name: &str, age: usize, mip: usize) -> &(u32, u32, Vec<u32>) {
         &self.rings[name].copies[age][mip]
     }
 
@@ -127,7 +127,7 @@ impl Machine {
         }
     }
 
-    pub fn frame(&mut self, graph: &Graph, given: &Given) {
+    pub(crate) fn frame(&mut self, graph: &Graph, given: &Given) {
         let changing = (given.output, given.n, given.flag);
         self.still = if self.last == Some(changing) { self.still + 1 } else { 0 };
         self.last = Some(changing);

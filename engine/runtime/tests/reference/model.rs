@@ -2,7 +2,7 @@
 
 /// Resources and passes in the order of the file.
 #[derive(Clone, Debug)]
-pub struct Graph {
+pub(crate) struct Graph {
     pub name: String,
     pub resources: Vec<Resource>,
     pub passes: Vec<Pass>,
@@ -18,14 +18,14 @@ pub struct Graph {
 }
 
 #[derive(Clone, Debug)]
-pub struct Clock {
+pub(crate) struct Clock {
     /// As in the file.
     pub hz: &'static str,
     pub most: u32,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct Resource {
+pub(crate) struct Resource {
     pub name: String,
     pub kind: Kind,
     pub history: usize,
@@ -36,7 +36,7 @@ pub struct Resource {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Kind {
+pub(crate) enum Kind {
     Target {
         size: Size,
         mips: usize,
@@ -47,14 +47,14 @@ pub enum Kind {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub enum Size {
+pub(crate) enum Size {
     Output,
     Half,
     Fixed([u32; 2]),
 }
 
 #[derive(Clone, Debug)]
-pub struct Pass {
+pub(crate) struct Pass {
     pub name: String,
     pub reads: Vec<Read>,
     pub writes: Vec<Write>,
@@ -71,27 +71,27 @@ pub struct Pass {
 
 /// The block `both` in a pass.
 #[derive(Clone, Copy, Debug)]
-pub struct Common {
+pub(crate) struct Common {
     /// The pass's own values over the block's.
     pub u: Option<u32>,
 }
 
 #[derive(Clone, Debug)]
-pub struct Read {
+pub(crate) struct Read {
     pub resource: usize,
     pub age: usize,
     pub mip: usize,
 }
 
 #[derive(Clone, Debug)]
-pub struct Write {
+pub(crate) struct Write {
     pub resource: usize,
     pub mip: usize,
     pub how: How,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum How {
+pub(crate) enum How {
     /// All texels.
     Over,
     /// Loads each texel before it stores.
@@ -101,7 +101,7 @@ pub enum How {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Int {
+pub(crate) enum Int {
     Value(u32),
     N,
     FrameIndex,
@@ -112,7 +112,7 @@ pub enum Int {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Float {
+pub(crate) enum Float {
     Value(f32),
     Time,
     Phase,
@@ -120,7 +120,7 @@ pub enum Float {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Every {
+pub(crate) enum Every {
     Frame,
     Frames(u32),
     Hz(&'static str),
@@ -130,17 +130,17 @@ pub enum Every {
 
 impl Pass {
     /// The resources that it binds.
-    pub fn bound(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn bound(&self) -> impl Iterator<Item = usize> + '_ {
         self.reads.iter().map(|read| read.resource).chain(self.writes.iter().map(|write| write.resource))
     }
 }
 
 impl Resource {
-    pub fn mips(&self) -> usize {
+    pub(crate) fn mips(&self) -> usize {
         if let Kind::Target { mips, .. } = self.kind { mips } else { 1 }
     }
 
-    pub fn is_target(&self) -> bool {
+    pub(crate) fn is_target(&self) -> bool {
         matches!(self.kind, Kind::Target { .. })
     }
 }

@@ -6,17 +6,17 @@ use std::fmt::Write as _;
 use crate::model::{Graph, How, Pass};
 
 /// The file that every shader includes; a reload changes the salt.
-pub fn include(salt: u32) -> String {
+pub(crate) fn include(salt: u32) -> String {
     format!("uint mixed(uint h, uint x) {{ return ((h ^ x) * 0x9E3779B1u ^ (h >> 15)) + {salt}u; }}\n")
 }
 
 /// `mixed` of the include.
-pub fn mixed(salt: u32, h: u32, x: u32) -> u32 {
+pub(crate) fn mixed(salt: u32, h: u32, x: u32) -> u32 {
     ((h ^ x).wrapping_mul(0x9E37_79B1) ^ (h >> 15)).wrapping_add(salt)
 }
 
 /// File name and text.
-pub fn shader(graph: &Graph, pass: &Pass) -> (String, String) {
+pub(crate) fn shader(graph: &Graph, pass: &Pass) -> (String, String) {
     let letter = |target: bool, image: char, buffer: char| if target { image } else { buffer };
     let mut name = String::new();
     let mut text = r#"#version 460

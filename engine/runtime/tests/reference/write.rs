@@ -133,14 +133,14 @@ default = {}
 }
 
 /// The graph in one file.
-pub fn whole(graph: &Graph) -> String {
+pub(crate) fn whole(graph: &Graph) -> String {
     let resources = graph.resources.iter().map(|r| resource(graph, r));
     let passes = graph.passes.iter().map(|p| pass(graph, p, ""));
     head(graph) + &resources.chain(passes).collect::<String>()
 }
 
 /// The graph as one that extends another: what stands below differs in values, lacks a pass and has one too many.
-pub fn layered(graph: &Graph, r: &mut Random) -> (String, String) {
+pub(crate) fn layered(graph: &Graph, r: &mut Random) -> (String, String) {
     let mut below = graph.clone();
     let mut above = format!("extends = \"below.toml\"\nname = \"{}\"\n", graph.name);
     if r.percent(50) {

@@ -12,7 +12,7 @@ use raxel_worldfile::Loaded;
 
 /// Files by path.
 #[derive(Clone, Default)]
-pub struct Project(pub BTreeMap<String, Vec<u8>>);
+pub(crate) struct Project(pub BTreeMap<String, Vec<u8>>);
 
 impl Files for Project {
     fn read(&self, path: &str) -> Result<Arc<[u8]>, FileError> {
@@ -21,7 +21,7 @@ impl Files for Project {
 }
 
 /// Materials that the worlds of tests can use.
-pub const MATERIALS: &str = r##"
+pub(crate) const MATERIALS: &str = r##"
 [materials]
 a = { albedo = "#ff0000" }
 b = { albedo = [0.0, 1.0, 0.0], roughness = 0.5 }
@@ -32,7 +32,7 @@ file = "models/arrow.vox"
 
 impl Project {
     /// With one world file and the model `arrow`.
-    pub fn with_world(text: &str) -> Self {
+    pub(crate) fn with_world(text: &str) -> Self {
         let arrow = vox::export(&arrow()).expect("it is small");
         Self(BTreeMap::from([
             ("worlds/test.toml".to_owned(), text.as_bytes().to_vec()),
@@ -40,13 +40,13 @@ impl Project {
         ]))
     }
 
-    pub fn load(&self) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
+    pub(crate) fn load(&self) -> Result<(Loaded, Vec<Diagnostic>), Vec<Diagnostic>> {
         raxel_worldfile::load("worlds/test.toml", self, &mut SourceMap::default())
     }
 }
 
 /// A model without any symmetry, off its own origin.
-pub fn arrow() -> World {
+pub(crate) fn arrow() -> World {
     let red = Material::matt("red", [1.0, 0.0, 0.0]);
     let lit = Material { emission: 2.5, ..Material::matt("lit", [0.0, 1.0, 0.0]) };
     let line = (0..7).map(|x| (IVec3::new(x + 3, 0, 1), 1));
@@ -56,7 +56,7 @@ pub fn arrow() -> World {
 }
 
 /// The world of some operations, with the materials `a` = 1, `b` = 2, `c` = 3 and the model `arrow`.
-pub fn build(operations: &str) -> World {
+pub(crate) fn build(operations: &str) -> World {
     match Project::with_world(&format!("{MATERIALS}{operations}")).load() {
         Ok((loaded, warnings)) => {
             assert_eq!(warnings, [], "{operations}");
@@ -67,7 +67,7 @@ pub fn build(operations: &str) -> World {
 }
 
 /// Calls `check` for every cell around the bounds of a world, with a margin.
-pub fn every_cell(world: &World, mut check: impl FnMut([i64; 3], u16)) {
+pub(crate) fn every_cell(world: &World, mut check: impl FnMut([i64; 3], u16)) {
     let bounds = world.bounds().expect("the world has voxels");
     for y in bounds.min[1] - 2..bounds.max[1] + 2 {
         for z in bounds.min[2] - 2..bounds.max[2] + 2 {

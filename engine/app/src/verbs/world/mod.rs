@@ -33,7 +33,7 @@ enum Action {
 
 impl Args {
     /// The form of messages asked for.
-    pub fn format(&self) -> Format {
+    pub(crate) fn format(&self) -> Format {
         let Messages { format } = match &self.action {
             Action::Info(args) => args.messages,
             Action::Import(args) => args.messages,

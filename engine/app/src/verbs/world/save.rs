@@ -69,11 +69,11 @@ struct Of {
 }
 
 impl Save {
-    pub fn messages(&self) -> Messages {
+    pub(crate) fn messages(&self) -> Messages {
         self.of.messages
     }
 
-    pub fn run(&self, console: &Console) -> Result {
+    pub(crate) fn run(&self, console: &Console) -> Result {
         let (offline, path, folder) = self.of.open(console)?;
         let mut saved = offline.saved_world(&path, Saves::Write, console)?;
         let found = saved.checkpoint();
@@ -87,11 +87,11 @@ impl Save {
 }
 
 impl Verify {
-    pub fn messages(&self) -> Messages {
+    pub(crate) fn messages(&self) -> Messages {
         self.of.messages
     }
 
-    pub fn run(&self, console: &Console) -> Result {
+    pub(crate) fn run(&self, console: &Console) -> Result {
         let (_, path, folder) = self.of.open(console)?;
         let report = read(&folder, console)?;
         print("verified", &path, &report, console);
@@ -107,11 +107,11 @@ impl Verify {
 }
 
 impl Compact {
-    pub fn messages(&self) -> Messages {
+    pub(crate) fn messages(&self) -> Messages {
         self.of.messages
     }
 
-    pub fn run(&self, console: &Console) -> Result {
+    pub(crate) fn run(&self, console: &Console) -> Result {
         let (_, path, folder) = self.of.open(console)?;
         let report = read(&folder, console)?;
         let Compacted { before, after } = save::compact(&folder).map_err(|error| stop(&error, console))?;
@@ -127,11 +127,11 @@ impl Compact {
 }
 
 impl Pack {
-    pub fn messages(&self) -> Messages {
+    pub(crate) fn messages(&self) -> Messages {
         self.of.messages
     }
 
-    pub fn run(&self, console: &Console) -> Result {
+    pub(crate) fn run(&self, console: &Console) -> Result {
         let pending = Pending::new(&self.output)?;
         let (_, path, folder) = self.of.open(console)?;
         let report = read(&folder, console)?;

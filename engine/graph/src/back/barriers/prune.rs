@@ -139,7 +139,7 @@ impl Scopes {
     }
 
     /// The barrier of each gap, with its reasons.
-    pub fn into_barriers(self, frame: &Frame, hazards: &Hazards) -> Vec<Option<Barrier>> {
+    pub(crate) fn into_barriers(self, frame: &Frame, hazards: &Hazards) -> Vec<Option<Barrier>> {
         let mut barriers: Vec<Option<Barrier>> = vec![None; self.actions as usize];
         for slot in &self.slots {
             let memory = (slot.memory != Dependency::default()).then_some(slot.memory);

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use raxel_diagnostics::MemoryFiles;
 use raxel_edit::query::cast;
 use raxel_oracle::Oracle;
-use raxel_oracle::light::{Light, PathTracer, View};
 use raxel_runtime::load::Loader;
 use raxel_runtime::world::SessionWorld;
+use raxel_testing::path_tracer::{Light, PathTracer, View};
 use rayon::prelude::*;
 
 use super::*;

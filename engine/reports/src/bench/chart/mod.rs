@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 use raxel_measure::bench::Row;
 
-use super::files::About;
+use super::about::About;
 use super::labels::{grouped, stem, view, wrong_ppm};
 use strand::{Strand, draw_crossing, draw_lane, slant};
 
@@ -87,7 +87,7 @@ pub(super) fn draw(rows: &[Row], about: &About) -> Option<String> {
     );
     let title = format!("Run time against error: {}", view(&first.row.case));
     svg += &text(28.0, 36.0, 19.0, INK, "start", "600", &title);
-    svg += &text(28.0, 57.0, 12.0, SOFT, "start", "400", &format!("{}, {}", about.device, about.driver));
+    svg += &text(28.0, 57.0, 12.0, SOFT, "start", "400", &format!("{}, {}", about.device.name, about.device.driver));
     let legend = WIDTH - RIGHT - 322.0;
     let _ = writeln!(svg, "<circle cx=\"{legend:.1}\" cy=\"53\" r=\"4.5\" fill=\"{FRONT}\"/>");
     svg +=

@@ -44,7 +44,7 @@ pub(super) struct Strand<'d, 'r> {
 
 impl<'d, 'r> Strand<'d, 'r> {
     /// `y` is the height of a dot; `graphs` are all there are, in order of name, for their colours.
-    pub fn new(dots: Vec<&'d Dot<'r>>, scale: &Scale, y: impl Fn(&Dot<'_>) -> f64, graphs: &[&str]) -> Self {
+    pub(crate) fn new(dots: Vec<&'d Dot<'r>>, scale: &Scale, y: impl Fn(&Dot<'_>) -> f64, graphs: &[&str]) -> Self {
         let points = dots.iter().map(|dot| [scale.x(dot.time), y(dot)]).collect();
         let graph = dots.first().map_or("", |dot| dot.row.case.graph.as_str());
         let number = graphs.iter().position(|known| *known == graph).unwrap_or(0);

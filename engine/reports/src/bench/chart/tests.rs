@@ -1,6 +1,7 @@
 //! The contents of the chart, read back from its SVG.
 
-use raxel_measure::bench::{Case, Effort, Measured, Refusal, Spread};
+use raxel_measure::bench::{Case, Measured, Refusal, Spread};
+use raxel_measure::light::DeviceName;
 use raxel_oracle::metrics::Errors;
 
 use super::*;
@@ -32,11 +33,9 @@ fn row(graph: &str, layout: &'static str, milliseconds: f64, wrong: u64) -> Row 
 
 fn about() -> About {
     About {
-        device: "a <device>".to_owned(),
-        driver: "a driver".to_owned(),
+        device: DeviceName { name: "a <device>".to_owned(), driver: "a driver".to_owned() },
         command: "raxel bench".to_owned(),
         date: "2026-11-20".to_owned(),
-        effort: Effort::default(),
     }
 }
 

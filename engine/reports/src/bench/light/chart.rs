@@ -6,9 +6,9 @@ use std::fmt::Write;
 
 use raxel_measure::light::Point;
 
+use super::super::about::About;
 use super::super::chart::{GRID, INK, SOFT, foot_lines, text};
 use super::Judgement;
-use super::files::About;
 
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 640.0;

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use raxel_measure::light::error::FORMULA;
-use raxel_measure::light::{Bench, DeviceName, Judged};
+use raxel_measure::light::{Bench, Judged};
 use raxel_output::{Pending, Table, shown};
 use raxel_terminal::failure::Result;
 use serde_json::{Value, json};
 
-use super::super::files::{command, today};
+use super::super::about::About;
 use super::summary::{Summary, summary_json};
 use super::table::at;
 use super::{Judgement, Row, chart};
@@ -16,23 +16,9 @@ use super::{Judgement, Row, chart};
 /// Milliseconds at which errors are compared: up to a frame at 60 Hz and one step beyond.
 const TIMES: [f64; 6] = [0.5, 1.0, 4.0, 16.0, 16.6, 20.0];
 
-/// The machine and the command of a measurement.
-pub(super) struct About {
-    pub device: DeviceName,
-    pub command: String,
-    pub date: String,
-}
-
-impl About {
-    fn of(bench: &Bench) -> Self {
-        let device = bench.device().cloned().unwrap_or_default();
-        Self { device, command: command(std::env::args().skip(1)), date: today() }
-    }
-}
-
 /// Writes everything into a folder.
 pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement], summaries: &[Summary]) -> Result<Vec<String>> {
-    let about = About::of(bench);
+    let about = About::of(bench.device().cloned().unwrap_or_default());
     let effort = bench.effort();
     let mut written = Vec::new();
     let mut put = |name: String, bytes: &[u8]| -> Result {
@@ -41,21 +27,15 @@ pub(super) fn write(folder: &Path, bench: &Bench, all: &[Judgement], summaries: 
         written.push(shown(&path));
         Ok(())
     };
-    let value = json!({
-        "reason": "bench-light",
-        "formula": FORMULA,
-        "device": about.device.name,
-        "driver": about.device.driver,
-        "raxel": env!("CARGO_PKG_VERSION"),
-        "command": about.command,
-        "date": about.date,
-        "size": effort.size,
-        "frames": effort.frames,
-        "pan": effort.pan,
-        "references": all.iter().map(|judgement| json!(judgement.references.about)).collect::<Vec<_>>(),
-        "rows": all.iter().flat_map(|judgement| judgement.rows.iter().map(|row| row_json(judgement, row))).collect::<Vec<_>>(),
-        "over_random_scenes": summaries.iter().map(summary_json).collect::<Vec<_>>(),
-    });
+    let mut value = about.json("bench-light");
+    value["formula"] = json!(FORMULA);
+    value["size"] = json!(effort.size);
+    value["frames"] = json!(effort.frames);
+    value["pan"] = json!(effort.pan);
+    value["references"] = all.iter().map(|judgement| json!(judgement.references.about)).collect();
+    value["rows"] =
+        all.iter().flat_map(|judgement| judgement.rows.iter().map(|row| row_json(judgement, row))).collect();
+    value["over_random_scenes"] = summaries.iter().map(summary_json).collect();
     put("results.json".to_owned(), format!("{value:#}\n").as_bytes())?;
     put("results.csv".to_owned(), &csv(all)?)?;
     for judgement in all {

@@ -12,7 +12,7 @@ use raxel_terminal::offline::{FileKind, OfflineProject};
 use raxel_terminal::session::{assigned, open_failure};
 use serde_json::{Value, json};
 
-use super::super::files::{command, today};
+use super::super::about::{command, today};
 use super::Args;
 
 /// Frames after a stop.

@@ -39,7 +39,7 @@ use super::labels::stem;
                         raxel bench light --film worlds/dusk.demo.toml     frames of a film against their moments at rest\n  \
                         raxel bench light --references -o out/             only the references, with their hashes"
 )]
-pub struct Args {
+pub(crate) struct Args {
     /// Systems, by file or by name; all of graphs/light and graphs/rivals/light by default. The path tracer itself is always the first.
     #[arg(value_name = "GRAPH")]
     systems: Vec<String>,

@@ -8,7 +8,10 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss, reason = "a test")]
 #![cfg(target_os = "linux")]
 
+#[path = "../common/mod.rs"]
 mod common;
+
+mod breaking;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
@@ -16,15 +19,17 @@ use std::process::{ChildStdin, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use common::{Display, Project, RunRaxel, Running, command, repository};
 use serde_json::{Value, json};
 
+use breaking::broken;
+use common::{Display, Project, RunRaxel, Running, command, repository};
+
 /// The demo, which runs two graphs in turn. The test looks at its first frame.
-const DEMO: &str = include_str!("fixtures/storm/storm.demo.toml");
+const DEMO: &str = include_str!("../fixtures/storm/storm.demo.toml");
 const DEMO_PATH: &str = "worlds/storm.demo.toml";
 
 /// All panels, none behind another one. The window below has 1024×576 points: a narrow one shows one panel only.
-const PANELS: &str = include_str!("fixtures/storm/panels.toml");
+const PANELS: &str = include_str!("../fixtures/storm/panels.toml");
 
 /// The edited files.
 const FILES: [&str; 12] = [
@@ -40,44 +45,6 @@ const FILES: [&str; 12] = [
     "shaders/include/raxel/internal/layouts/tree64.glsl",
     "worlds/pool.toml",
     DEMO_PATH,
-];
-
-/// Numbers that are likely to break things.
-const NUMBERS: [&str; 16] = [
-    "0",
-    "-1",
-    "1",
-    "2",
-    "7",
-    "0.0",
-    "0.5",
-    "-0.5",
-    "255",
-    "65536",
-    "4294967296",
-    "-2147483648",
-    "1e9",
-    "1e300",
-    "nan",
-    "3.0000001",
-];
-
-/// Pieces of graphs, worlds and shaders that stand where they should not.
-const PIECES: [&str; 14] = [
-    "}",
-    "{",
-    "\"",
-    "'''",
-    "[[passes]]\n",
-    "[targets.color]\n",
-    "#include <raxel/world.glsl>\n",
-    "#include \"sky.glsl\"\n",
-    "/*",
-    "\u{feff}",
-    "return;",
-    "layout(local_size_x = 1024) in;\n",
-    "= =",
-    "present = \"depth\"\n",
 ];
 
 /// After this number of edits, memory must not grow.
@@ -102,74 +69,6 @@ impl Random {
     fn of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
         &all[self.below(all.len())]
     }
-}
-
-/// A broken version of a file; `None` deletes it.
-fn broken(good: &[u8], random: &mut Random) -> (&'static str, Option<Vec<u8>>) {
-    let mut bytes = good.to_vec();
-    let mut lines: Vec<&[u8]> = good.split_inclusive(|byte| *byte == b'\n').collect();
-    let (a, b) = (random.below(lines.len()), random.below(lines.len()));
-    match random.below(22) {
-        0 => {
-            bytes.truncate(random.below(good.len()));
-            ("truncated", Some(bytes))
-        }
-        1 | 2 => {
-            let at = random.below(good.len());
-            bytes[at] ^= 1 << random.below(8);
-            ("a bit flipped", Some(bytes))
-        }
-        3 | 4 => {
-            lines.swap(a, b);
-            ("two lines swapped", Some(lines.concat()))
-        }
-        5 => {
-            lines.remove(a);
-            ("a line removed", Some(lines.concat()))
-        }
-        6 => {
-            lines.insert(a, lines[b]);
-            ("a line repeated", Some(lines.concat()))
-        }
-        7..=10 => {
-            let (start, length) = word(good, random, u8::is_ascii_digit, |byte| byte.is_ascii_digit() || *byte == b'.');
-            bytes.splice(start..start + length, random.of(&NUMBERS).bytes());
-            ("a number replaced", Some(bytes))
-        }
-        11 | 12 => {
-            let name = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
-            let (start, length) = word(good, random, u8::is_ascii_alphabetic, name);
-            let (from, other) = word(good, random, u8::is_ascii_alphabetic, name);
-            bytes.splice(start..start + length, good[from..from + other].iter().copied());
-            ("a word replaced", Some(bytes))
-        }
-        13 => {
-            let at = random.below(good.len());
-            bytes.splice(at..at, random.of(&PIECES).bytes());
-            ("a piece put in", Some(bytes))
-        }
-        14 => {
-            let at = random.below(good.len());
-            bytes.splice(at..at, [0xff, 0xfe, 0]);
-            ("bytes that are not text", Some(bytes))
-        }
-        // Most of these are right.
-        15..=20 => {
-            let digits: Vec<usize> = (0..good.len()).filter(|at| good[*at].is_ascii_digit()).collect();
-            let at = *random.of(&digits);
-            bytes[at] = b'0' + random.below(10) as u8;
-            ("a digit replaced", Some(bytes))
-        }
-        _ if random.below(2) == 0 => ("emptied", Some(Vec::new())),
-        _ => ("deleted", None),
-    }
-}
-
-/// A word from a random place on: where it begins, and how long it is.
-fn word(text: &[u8], random: &mut Random, begins: fn(&u8) -> bool, goes_on: impl Fn(&u8) -> bool) -> (usize, usize) {
-    let from = random.below(text.len());
-    let Some(start) = text[from..].iter().position(begins).map(|at| from + at) else { return (from, 0) };
-    (start, text[start..].iter().take_while(|byte| goes_on(byte)).count())
 }
 
 /// A raxel that is edited while it runs.

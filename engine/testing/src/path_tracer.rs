@@ -8,12 +8,10 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use raxel_ray::{FACE_INSIDE, Lattice, Ray};
+use raxel_oracle::{FACE_INSIDE, Lattice, Oracle, Ray};
 use raxel_world::Material;
 use raxel_world::random::{SplitMix64, mix};
 use rayon::prelude::*;
-
-use crate::oracle::Oracle;
 
 /// Half of the angle under which the sun's disc is seen, degrees.
 const SUN_HALF_ANGLE: f64 = 0.267;

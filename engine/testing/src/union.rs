@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use raxel_world::{AIR, BLOCKS, ChunkPos, ChunkProvider, Content, DenseChunk, Mode, Unavailable, World, block_cell};
 
-use crate::reach::TileKey;
+use raxel_stream::TileKey;
 
 /// The voxels that rays meet where these tiles are there: in every chunk, the cells of the finest tile as solid cubes. It does not show how
 /// they are stored.

@@ -1,25 +1,26 @@
 //! A second opinion on the exact tracer by an unrelated method: every voxel's box is intersected in `f64`, the nearest wins.
 //! Only for worlds of a few thousand voxels.
 
-use raxel_ray::{Lattice, ONE, Ray};
+use raxel_oracle::{Lattice, Ray};
+use raxel_ray::ONE;
 use raxel_world::World;
 
 /// `f64` cannot order boxes that a ray meets within this of the nearest one's time (in voxels of the largest axis).
-pub const TOLERANCE: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-6;
 
 /// The answer of the brute-force tracer.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
+pub(super) enum Verdict {
     /// The ray meets no solid voxel, not even nearly.
     Miss,
-    /// This voxel is first, at this time in lattice steps × 2²⁴.
-    Hit([i32; 3], f64),
+    /// This voxel is first.
+    Hit([i32; 3]),
     /// Too close to an edge to decide: one of these, or none when `true`.
     Unsure(Vec<[i32; 3]>, bool),
 }
 
 /// First solid voxel along a ray, by slabs.
-pub fn first_hit(world: &World, ray: &Ray) -> Verdict {
+pub(super) fn first_hit(world: &World, ray: &Ray) -> Verdict {
     let Some(lattice) = Lattice::of(ray) else { return Verdict::Miss };
     // Every box that is met for sure or nearly: entry time, how long the ray is in it, voxel. Times in voxels of the largest axis.
     let mut met: Vec<(f64, f64, [i32; 3])> = Vec::new();
@@ -47,7 +48,7 @@ pub fn first_hit(world: &World, ray: &Ray) -> Verdict {
     let near: Vec<_> = met.into_iter().filter(|(enter, ..)| *enter <= sure + TOLERANCE).collect();
     match near.as_slice() {
         [] => Verdict::Miss,
-        [(enter, chord, voxel)] if *chord > TOLERANCE => Verdict::Hit(*voxel, *enter),
+        [(_, chord, voxel)] if *chord > TOLERANCE => Verdict::Hit(*voxel),
         _ => Verdict::Unsure(near.iter().map(|(.., voxel)| *voxel).collect(), sure == f64::INFINITY),
     }
 }
