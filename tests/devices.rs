@@ -15,7 +15,10 @@ use common::{
     METAL_12, POWERVR, Project, RASPBERRY_4, Run, RunRaxel, Running, SMALL, TOO_OLD, WINDOWLESS, command, eventually,
     output, random_device, repository,
 };
+use raxel_diagnostics::Diagnostic;
+use raxel_terminal::offline::OfflineProject;
 use raxel_testing::Random;
+use serde_json::json;
 
 /// What a device lacks: a format, a feature or memory; texels, layers, bytes of a buffer; workgroups, threads in one, pushed bytes, bytes of a block,
 /// shared bytes, bindings.
@@ -393,6 +396,10 @@ bind = { outColor = "color", fine = { target = "fine", filter = "linear" } }
 specialization = { THREADS = 512, LENGTH = 6000 }
 "#;
 
+/// The shader of its first pass.
+const MAKE: &str = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) uniform writeonly image2D outFine;\n\
+                    void main() { imageStore(outFine, ivec2(gl_GlobalInvocationID.xy), vec4(1)); }\n";
+
 /// `raxel check --device` needs no Vulkan, and says what the start on that device says.
 #[test]
 fn a_check_for_a_device_reports_the_errors_of_the_start_on_it() {
@@ -404,14 +411,12 @@ fn a_check_for_a_device_reports_the_errors_of_the_start_on_it() {
         .replace("rgba8)", "r16)")
         .replace("shared uint", "uniform sampler2D fine;\nshared uint")
         .replace("vec4(all[0])", "vec4(all[0]) + textureLod(fine, vec2(0.5), 0.0)");
-    let make = "#version 460\nlayout(local_size_x = 8, local_size_y = 8) in;\nlayout(r32f) uniform writeonly image2D outFine;\n\
-                void main() { imageStore(outFine, ivec2(gl_GlobalInvocationID.xy), vec4(1)); }\n";
     let (mut refused, mut said) = (0, String::new());
     for device in [LEAST, SMALL, METAL, ADRENO_7, MALI_G52, POWERVR, RASPBERRY_4] {
         let shipped = behind(&device);
         let project = &shipped.0;
         project.write("graphs/large.toml", LARGE_GRAPH);
-        project.write("shaders/plant.comp", &shader).write("shaders/make.comp", make);
+        project.write("shaders/plant.comp", &shader).write("shaders/make.comp", MAKE);
         for graph in [
             "graphs/large.toml",
             "graphs/primary.toml",
@@ -444,6 +449,29 @@ fn a_check_for_a_device_reports_the_errors_of_the_start_on_it() {
     }
 }
 
+/// The constants of a pass give its shared array its length: a number, a boolean, and the size of the workgroup.
+#[test]
+fn shared_arrays_count_as_long_as_the_constants_of_the_pass_make_them() {
+    let project = Project::shipped();
+    for (length, constants, bytes) in [
+        ("WIDE ? 8192 : 4", "WIDE = true", Some(32768)),
+        ("WIDE ? 8192 : 4", "WIDE = false", None),
+        ("THREADS > 64u ? 5000 : 4", "THREADS = 65", Some(20000)),
+        ("gl_WorkGroupSize.x * 64", "THREADS = 100", Some(25600)),
+        ("gl_WorkGroupSize.x * 64", "THREADS = 64", None),
+    ] {
+        let bools = "layout(constant_id = 2) const bool WIDE = false;\nshared uint";
+        let shader = PLANTED_SHADER.replace("shared uint", bools).replace("[LENGTH]", &format!("[{length}]"));
+        let shader = shader.replace("uint64_t", "uint").replace("<< 40", "<< 4").replace(">> 40", ">> 4");
+        let graph = PLANTED_GRAPH.replace("THREADS = 512, LENGTH = 6000", constants);
+        project.write("graphs/planted.toml", &graph).write("shaders/plant.comp", &shader);
+        let run = project.raxel(&["check", "graphs/planted.toml", "--device", LEAST.name]);
+        let said = bytes.map(|bytes| format!("shares {bytes} bytes in a workgroup, but the device allows 16384"));
+        assert_eq!(run.code, if said.is_some() { 3 } else { 0 }, "{length}, {constants}: {}", run.stdout);
+        assert!(run.stdout.contains(said.as_deref().unwrap_or_default()), "{length}, {constants}: {}", run.stdout);
+    }
+}
+
 #[test]
 fn a_check_for_an_unknown_device_lists_the_known_ones() {
     let project = Project::shipped();
@@ -462,7 +490,7 @@ fn a_check_for_an_unknown_device_lists_the_known_ones() {
 
 /// Whether a graph runs on the device: `raxel doctor --graph` and the start of the graph come to the same answer.
 fn is_answered_alike(shipped: &(Project, PathBuf), lesser: &KnownDevice, graph: &str) -> bool {
-    let doctor = run(shipped, &["doctor", "--graph", graph, "--format", "json"]);
+    let doctor = run(shipped, &["doctor", "--graph", graph, "--world", world_of(graph), "--format", "json"]);
     let told = doctor.json().iter().find(|line| line["what"] == "graph").map(|line| line["state"] == "ok");
     let starts = fits(shipped, graph);
     assert_eq!(told, Some(starts), "{graph}, {lesser:?}\n{}\n{}", doctor.stdout, doctor.stderr);
@@ -470,6 +498,81 @@ fn is_answered_alike(shipped: &(Project, PathBuf), lesser: &KnownDevice, graph: 
     // At once: a long run may be cut off.
     println!("{graph} {} on {}", if starts { "runs" } else { "is refused" }, lesser.name);
     starts
+}
+
+/// Graphs that ask for little, and one that asks for a random amount of nearly everything.
+const SMALL_GRAPHS: [&str; 5] = [
+    "graphs/large.toml",
+    "graphs/primary.toml",
+    "graphs/inspect.toml",
+    "graphs/examples/queue.toml",
+    "graphs/examples/world_size.toml",
+];
+
+/// Errors of a check without Vulkan, and those of the start on the device: the same, each with the pass or target, and with what to do. A graph that
+/// starts draws the same picture on every device. `RAXEL_DEVICES=30` tries as many devices, from `RAXEL_DEVICE_SEED` on, with more graphs.
+#[test]
+fn on_devices_of_random_limits_a_check_says_what_the_start_says() {
+    let number = |name: &str| std::env::var(name).ok().map(|number| number.parse::<u64>().expect("a number"));
+    let first = number("RAXEL_DEVICE_SEED").unwrap_or(0);
+    let (devices, graphs) = number("RAXEL_DEVICES").map_or((3, 2), |devices| (devices, SMALL_GRAPHS.len()));
+    let mut pictures: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+    for seed in first..first + devices {
+        let lesser = random_device(seed);
+        let shipped = behind(&lesser);
+        plant(&shipped.0, &mut Random::new(seed));
+        for graph in &SMALL_GRAPHS[..graphs] {
+            let found = errors_of_check(&shipped.0, graph, &lesser);
+            let scene = [graph, "--world", "worlds/menger.toml", "--size", "32x18", "--validate", "--format", "json"];
+            let start = run(&shipped, &[&["render"], &scene[..], &["-o", "out.png"]].concat());
+            assert_ne!(start.code, EXCEEDED, "{graph}, {lesser:?}: {}", start.stderr);
+            let lines = start.stderr.lines().filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+            let said = lines.filter(|line| line["severity"] == "error");
+            let said: Vec<_> = said.map(|line| ["code", "message", "help"].map(|key| line[key].clone())).collect();
+            assert_eq!(said, found, "{graph}, {lesser:?}: {}", start.stderr);
+            println!("seed {seed}: {graph} {}", if said.is_empty() { "runs" } else { "is refused" });
+            assert_eq!(start.code, if said.is_empty() { 0 } else { 3 }, "{graph}, {lesser:?}: {}", start.stderr);
+            for [code, message, help] in &said {
+                let message = message.as_str().unwrap();
+                assert!(REFUSED.iter().any(|known| code == known), "{code}: {message}");
+                assert!(message.contains("pass `") || message.contains("target `"), "{message}");
+                assert!(!help.as_array().unwrap().is_empty(), "{message}");
+            }
+            if said.is_empty() && *graph != SMALL_GRAPHS[0] {
+                let picture = std::fs::read(shipped.0.path("out.png")).unwrap();
+                assert!(*pictures.entry(graph).or_insert_with(|| picture.clone()) == picture, "{graph}, {lesser:?}");
+            }
+        }
+    }
+}
+
+/// The first of `SMALL_GRAPHS`, with random sizes.
+fn plant(project: &Project, random: &mut Random) {
+    let (threads, length) = (random.pick(&[64, 128, 256, 512, 1024]), 64 << random.below(8_u32));
+    let constants = format!("THREADS = {threads}, LENGTH = {length}, WIDE = {}", random.percent(50));
+    let graph = LARGE_GRAPH.replace("THREADS = 512, LENGTH = 6000", &constants);
+    let graph = graph.replace("\"r16\"", random.pick(&["\"r16\"", "\"rgba8\"", "\"rg16f\"", "\"rgba16f\""]));
+    let format = graph.split('"').nth(5).unwrap();
+    let mut shader = PLANTED_SHADER.replace("rgba8)", &format!("{format})"));
+    if random.percent(50) {
+        shader = shader.replace("[LENGTH]", "[WIDE ? LENGTH * 2u : LENGTH + gl_WorkGroupSize.x]");
+    } else {
+        shader = shader.replace("[LENGTH]", "[uint(WIDE) + LENGTH]");
+    }
+    let shader = shader.replace(
+        "shared uint",
+        "layout(constant_id = 2) const bool WIDE = false;\nuniform sampler2D fine;\nshared uint",
+    );
+    let shader = shader.replace("vec4(all[0])", "vec4(all[0]) + textureLod(fine, vec2(0.5), 0.0)");
+    project.write("graphs/large.toml", &graph).write("shaders/plant.comp", &shader).write("shaders/make.comp", MAKE);
+}
+
+/// Code, message and help of what `raxel check --device` would say, if it knew the device by a name.
+fn errors_of_check(project: &Project, graph: &str, device: &KnownDevice) -> Vec<[serde_json::Value; 3]> {
+    let offline = OfflineProject::around(project.root()).unwrap().for_checks().for_device(Some(device));
+    let world = offline.built("worlds/menger.toml").result.unwrap();
+    let found = offline.check(graph, Some(&world)).found.into_iter().filter(Diagnostic::is_error);
+    found.map(|error| [json!(error.code.as_str()), json!(error.message), json!(error.help)]).collect()
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 mod common;
 
+use std::cell::Cell;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -59,6 +60,8 @@ fn the_problem_matchers_are_one() {
 /// An editor in a terminal of tmux, over a project whose graph and shader each have a mistake.
 struct Terminal {
     folder: TempDir,
+    /// Editors so far. Each has a server of tmux of its own, since one that ends still takes commands for a moment.
+    starts: Cell<u32>,
 }
 
 /// The graph of that project, and its shader.
@@ -87,14 +90,17 @@ impl Terminal {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         }
-        Self { folder }
+        Self { folder, starts: Cell::new(0) }
     }
 
     fn tmux(&self) -> Command {
         let folder = self.folder.path();
         let binary = Path::new(env!("CARGO_BIN_EXE_raxel")).parent().unwrap();
         let mut tmux = Command::new("tmux");
-        tmux.args(["-u", "-f", "/dev/null"]).current_dir(folder).stdin(Stdio::null()).env_remove("TMUX");
+        tmux.args(["-u", "-f", "/dev/null", "-L", &self.starts.get().to_string()])
+            .current_dir(folder)
+            .stdin(Stdio::null())
+            .env_remove("TMUX");
         tmux.env("PATH", format!("{}:{}", binary.display(), std::env::var("PATH").unwrap()));
         tmux.env("TMUX_TMPDIR", folder)
             .env("HOME", folder)
@@ -110,6 +116,7 @@ impl Terminal {
     /// Starts an editor, in place of the one before.
     fn start(&self, editor: &str) {
         let _ = output(self.tmux().arg("kill-server"));
+        self.starts.set(self.starts.get() + 1);
         let start = ["new-session", "-d", "-x", "200", "-y", "50", editor];
         Run::from(output(self.tmux().args(start))).exits(0);
     }

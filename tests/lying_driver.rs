@@ -85,3 +85,32 @@ fn a_window_says_it() {
         }
     }
 }
+
+/// The driver never has an image for the window, takes none back, or loses the device that presents, each time. The window says so, with the way out,
+/// or ends with the loss.
+#[test]
+fn a_window_that_takes_no_picture_says_it() {
+    let (project, display) = (Project::shipped(), Display::start());
+    let faults = Faults::new(&project);
+    let log = project.path("log");
+    for (call, fault) in [
+        ("vkAcquireNextImageKHR", Fault::OutOfDate),
+        ("vkAcquireNextImageKHR", Fault::SurfaceLost),
+        ("vkQueuePresentKHR", Fault::OutOfDate),
+        ("vkQueuePresentKHR", Fault::DeviceLost),
+    ] {
+        faults.arm_always(call, fault);
+        let mut command = command(project.root(), &[&["run"], &SCENE[..]].concat());
+        command.envs(faults.variables()).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        let mut child = Running::start(command.stderr(fs::File::create(&log).unwrap()));
+        let said = || read(&log).contains("the window has taken no picture for 10 s: llvmpipe");
+        eventually("a report", || said() || child.ended());
+        if fault == Fault::DeviceLost && child.ended() {
+            assert_eq!((child.finish().code(), errors(&read(&log)).len()), (Some(5), 1), "{}", read(&log));
+            continue;
+        }
+        assert!(said(), "{call} {fault:?}: {}", read(&log));
+        assert!(read(&log).contains("help: `--present-with DEVICE`"), "{}", read(&log));
+        assert!(errors(&read(&log)).is_empty(), "{}", read(&log));
+    }
+}

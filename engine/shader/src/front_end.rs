@@ -19,7 +19,7 @@ pub(crate) const VERSION: &str = concat!(
     env!("CARGO_PKG_VERSION"),
     " shaderc 0.10 ",
     env!("RAXEL_SHADERC_LIBRARIES"),
-    " spv1.5 unoptimised, shared memory bounded, lines of prints exact"
+    " spv1.5 unoptimised, shared memory bounded, lines of prints exact, lengths computed"
 );
 
 /// The compiler's message where an include cannot be had.

@@ -18,6 +18,11 @@ use crate::interface::{
 
 /// The interface of the entry point that `module` was opened with. On failure the reason, without the file's name.
 pub(crate) fn reflect(module: &Module<'_>, entry: &str) -> Result<Interface, String> {
+    if module.has_late_constants() {
+        return Err(
+            "a constant is computed at run time: give each side of `&&` and `||` a constant of its own".to_owned()
+        );
+    }
     let declarations = SpirvBinary::from(module.declarations());
     // The reflector panics on enum values and opcodes that it does not know.
     let mut interface = quietly(|| read(&declarations, module))

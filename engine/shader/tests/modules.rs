@@ -125,6 +125,54 @@ fn shared_arrays_have_the_length_that_constants_give_them() {
     assert_eq!(bytes("N", &[(4, 0)]), 36);
     assert_eq!(bytes("N * N - 1", &[(3, 8)]), 252);
     assert_eq!(bytes("(N << 2u) / 3u + (N & 6u)", &[]), 48);
+    assert_eq!(bytes("N > 8u ? N : 8u", &[]), 36);
+    assert_eq!(bytes("N > 8u ? N : 8u", &[(3, 5)]), 32);
+    assert_eq!(bytes("!(N >= 8u) == (N != 9u) ? 100u : 3u", &[]), 400);
+    assert_eq!(bytes("!(N >= 8u) == (N != 9u) ? 100u : 3u", &[(3, 10)]), 12);
+    assert_eq!(bytes("uint(-int(N) / 2 + 20) ^ (~N & 6u)", &[]), 4 * ((20 - 4) ^ (!9 & 6)));
+    assert_eq!(bytes("uvec2(N, 3).y + uvec2(N, N * 2).yx.x", &[(3, 4)]), 44);
+    assert_eq!(bytes("1u + uint(N < 4u)", &[]), 4);
+    assert_eq!(bytes("1u + uint(N < 4u)", &[(3, 2)]), 8);
+}
+
+/// The GLSL compiler computes these at run time, which leaves the length of the array without a value.
+#[test]
+fn a_length_that_is_computed_at_run_time_is_refused_with_the_way_out() {
+    let text = |length: &str| {
+        format!(
+            "#version 460\nlayout(constant_id = 3) const uint N = 9;\nconst bool NINE = !(N == 9u);\n\
+             shared uint s[{length}];\nbuffer Out {{ uint o[]; }};\nvoid main() {{ s[o[0]] = 1; o[1] = s[o[2]]; }}\n"
+        )
+    };
+    let found = shader("shaders/a.comp", text("N >= 8u && !(N == 9u) ? 100 : 3")).unwrap_err();
+    assert_eq!((found.len(), found[0].code.as_str()), (1, "RX0222"));
+    assert!(
+        found[0].message.ends_with("give each side of `&&` and `||` a constant of its own"),
+        "{}",
+        found[0].message
+    );
+    assert_eq!(good("shaders/a.comp", text("N >= 8u && NINE ? 100 : 3")).interface.shared_bytes, 12);
+}
+
+/// The size of the workgroup follows the constants of numbers 5 and 6.
+#[test]
+fn shared_arrays_may_be_as_long_as_the_workgroup() {
+    let bytes = |length: &str, set: &[(u32, u32)]| {
+        let text = format!(
+            "#version 460\nlayout(local_size_x = 8, local_size_y = 4, local_size_x_id = 5, local_size_y_id = 6) in;\n\
+             layout(constant_id = 3) const uint N = 9;\nshared uint s[{length}];\n\
+             buffer Out {{ uint o[]; }};\nvoid main() {{ s[o[0]] = 1; o[1] = s[o[2]]; }}\n"
+        );
+        let found = good("shaders/a.comp", text);
+        assert_eq!(found.interface.local_size.map(|size| (size.value, size.spec_id))[1], (4, Some(6)));
+        found.shared_bytes(&set.iter().copied().collect())
+    };
+    assert_eq!(bytes("gl_WorkGroupSize.x", &[]), 32);
+    assert_eq!(bytes("gl_WorkGroupSize.x", &[(5, 256)]), 1024);
+    assert_eq!(bytes("gl_WorkGroupSize.x * gl_WorkGroupSize.y + N", &[(6, 16)]), 4 * (8 * 16 + 9));
+    let most = "gl_WorkGroupSize.x > gl_WorkGroupSize.y ? gl_WorkGroupSize.x : gl_WorkGroupSize.y";
+    assert_eq!(bytes(most, &[]), 32);
+    assert_eq!(bytes(most, &[(6, 64)]), 256);
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod binary;
 mod bindings;
 mod bounds;
 mod check;
+mod constants;
 mod error;
 mod instruction;
 mod memory;

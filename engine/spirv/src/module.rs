@@ -5,6 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use spirv::{BuiltIn, Capability, Decoration, ExecutionMode, Op};
 
 use crate::binary::HEADER_WORDS;
+use crate::constants::Constants;
 use crate::error::{ModuleError, broken};
 use crate::instruction::Instruction;
 use crate::memory::{Memory, memory};
@@ -58,37 +59,49 @@ impl<'w> Module<'w> {
         Ok(Self { words, instructions, entry, memory })
     }
 
-    /// The words up to the first function: everything about the module's interface. Computed constants that size nothing are left
-    /// undefined, since the reflector can compute only some.
+    /// The words up to the first function: everything about the module's interface. The reflector computes no constants: those that are the
+    /// length of an array or a workgroup size have their default as their value, and all others are undefined.
     pub fn declarations(&self) -> Vec<u32> {
         let sizes = self.sizes();
+        let mut constants = Constants::new(&self.instructions, &HashMap::new());
         let mut words = self.words[..HEADER_WORDS].to_vec();
-        for instruction in self.instructions.iter().take_while(|instruction| !instruction.is(Op::Function)) {
-            match instruction.operands {
-                [ty, id, ..] if instruction.is(Op::SpecConstantOp) && !sizes.contains(id) => {
-                    words.extend([(3 << 16) | Op::Undef as u32, *ty, *id]);
-                }
-                _ => instruction.write(&mut words),
+        for instruction in self.before_functions() {
+            constants.declare(instruction);
+            let [ty, id, ..] = instruction.operands else {
+                instruction.write(&mut words);
+                continue;
+            };
+            if !instruction.is(Op::SpecConstantOp) {
+                instruction.write(&mut words);
+            } else if let (true, Some(number)) = (sizes.contains(id), constants.words(*id)) {
+                let value = [*ty, *id].into_iter().chain(number).collect::<Vec<_>>();
+                Instruction { opcode: Op::Constant as u32, operands: &value }.write(&mut words);
+            } else {
+                words.extend([(3 << 16) | Op::Undef as u32, *ty, *id]);
             }
         }
         words
     }
 
-    /// Ids of constants that are the length of an array or a workgroup size, and of those they are computed from.
+    /// Ids of constants that are the length of an array or a workgroup size.
     fn sizes(&self) -> HashSet<u32> {
         let mut sizes: HashSet<u32> = self.of(Op::TypeArray).filter_map(|operands| operands.get(2)).copied().collect();
         if let WorkgroupSize::Ids(ids) = self.workgroup_size() {
             sizes.extend(ids);
         }
-        // Operands are declared before constants that are computed from them.
-        for instruction in self.instructions.iter().rev().filter(|instruction| instruction.is(Op::SpecConstantOp)) {
-            if let [_, id, _, operands @ ..] = instruction.operands
-                && sizes.contains(id)
-            {
-                sizes.extend(operands);
-            }
-        }
         sizes
+    }
+
+    /// Whether a constant is computed from a value that a function computes. No module may do so, but the GLSL compiler makes such modules of `&&`
+    /// and `||` whose second side is long.
+    pub fn has_late_constants(&self) -> bool {
+        let late: HashSet<u32> = self.of(Op::Phi).filter_map(|operands| operands.get(1)).copied().collect();
+        // The other operands of these are no ids.
+        let counted = [Op::CompositeExtract, Op::CompositeInsert, Op::VectorShuffle].map(|op| op as u32);
+        self.of(Op::SpecConstantOp).any(|operands| match operands {
+            [_, _, op, operands @ ..] => !counted.contains(op) && operands.iter().any(|id| late.contains(id)),
+            _ => false,
+        })
     }
 
     /// Names of the capabilities beyond `Shader` (and `Matrix`, which it implies).

@@ -20,7 +20,7 @@ use raxel_workbench::writes::follow_files;
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
 
 use super::brush::Stroke;
-use super::presenting::{Open, Pictures};
+use super::presenting::{Open, Pictures, refused};
 use super::problem_log::{prints, problems};
 use super::reload_log::{STARTED_OVER, history_cleared};
 use super::{
@@ -368,14 +368,19 @@ impl Viewer<'_> {
         };
         match presented {
             Ok(Presented::Shown) => {
+                self.refusals.end();
                 self.presented += 1;
                 if self.args.frames.is_some_and(|frames| self.presented >= frames) {
                     event_loop.exit();
                 }
             }
-            Ok(Presented::NoArea) => {}
-            Ok(Presented::OutOfDate | Presented::NotReady) => return Ok(false),
+            // A window without area is hidden, and shows nothing: here, the driver alone says so.
+            Ok(Presented::NoArea | Presented::OutOfDate | Presented::NotReady) => {
+                self.report_refusals();
+                return Ok(false);
+            }
             Err(error) if error.is_device_lost() && pictures == Some(Pictures::Other) => {
+                self.report_refusals();
                 return self.reopen().map(|()| false);
             }
             // The next frame finds the loss, and reopens the device.
@@ -385,6 +390,15 @@ impl Viewer<'_> {
         self.unshown = false;
         self.update_title();
         Ok(true)
+    }
+
+    /// The window refused a picture. Tells it, once, when that goes on for long.
+    fn report_refusals(&mut self) {
+        if self.refusals.add(Instant::now())
+            && let Some(open) = &self.window
+        {
+            self.console.message(&refused(&open.presenter.device().capabilities().name));
+        }
     }
 
     /// While the device works: draws the panels again over the last picture, where another device presents it.

@@ -78,7 +78,7 @@ use self::layout_file::LayoutFile;
 use self::magnifier::Magnifier;
 use self::microphone::Capture;
 use self::panel_data::PanelData;
-use self::presenting::{Open, Pictures};
+use self::presenting::{Open, Pictures, Refusals};
 use self::reload_log::ReloadLog;
 use self::title::Title;
 use self::writing::Writings;
@@ -292,6 +292,8 @@ struct Viewer<'a> {
     drawn: Instant,
     /// The picture of the last frame was not shown yet.
     unshown: bool,
+    /// Pictures that the window did not take.
+    refusals: Refusals,
     /// The device has worked for long.
     busy: Option<Busy>,
     /// So it has in this frame, and in the one before.
@@ -472,6 +474,7 @@ impl<'a> Viewer<'a> {
             touched: true,
             drawn: Instant::now(),
             unshown: false,
+            refusals: Refusals::default(),
             busy: None,
             long: [false; 2],
             presented: 0,

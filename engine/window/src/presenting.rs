@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use raxel_gpu::{Device, DeviceKind, Error, Verdict};
 use raxel_runtime::present::Presenter;
@@ -27,6 +28,42 @@ pub(super) enum Pictures {
     Same,
     /// Another one, whose pictures come through the host: the one that presents is free while the other works.
     Other,
+}
+
+/// How long a window may take no picture before that is reported. Window systems hold the images of windows that nobody sees for a while.
+const REFUSED: Duration = Duration::from_secs(10);
+
+/// Whether the window takes pictures. A driver that never has an image for one, or whose device is lost again and again, would leave it black
+/// without a word.
+#[derive(Debug, Default)]
+pub(super) struct Refusals {
+    /// When the first picture after the last one that was taken was refused.
+    since: Option<Instant>,
+    reported: bool,
+}
+
+impl Refusals {
+    /// The window took a picture.
+    pub fn end(&mut self) {
+        self.since = None;
+    }
+
+    /// The window refused a picture `now`. True, once, when it has taken none for long.
+    pub fn add(&mut self, now: Instant) -> bool {
+        let since = *self.since.get_or_insert(now);
+        let first = !self.reported && now.duration_since(since) >= REFUSED;
+        self.reported |= first;
+        first
+    }
+}
+
+/// The report of a window that takes no pictures.
+pub(super) fn refused(device: &str) -> String {
+    let seconds = REFUSED.as_secs();
+    format!(
+        "the window has taken no picture for {seconds} s: {device} does not present any\n\
+         help: `--present-with DEVICE` has another device present; `raxel render -o p.png` needs no window"
+    )
 }
 
 /// The device that presents, where the command line names one.
@@ -168,6 +205,16 @@ mod tests {
         assert!(verdicts[1].chosen);
         assert_eq!(others(&verdicts, false), [3, 0]);
         assert_eq!(others(&verdicts, true), [0]);
+    }
+
+    #[test]
+    fn a_window_that_takes_no_picture_for_long_is_reported_once() {
+        let (start, second) = (Instant::now(), Duration::from_secs(1));
+        let mut refusals = Refusals::default();
+        assert!(!refusals.add(start) && !refusals.add(start + 9 * second));
+        refusals.end();
+        assert!(!refusals.add(start + 10 * second) && !refusals.add(start + 19 * second));
+        assert!(refusals.add(start + 20 * second) && !refusals.add(start + 21 * second));
     }
 
     #[test]

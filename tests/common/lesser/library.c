@@ -7,8 +7,8 @@ enum { SAMPLED_BIT = 1, STORAGE_BIT = 2, ATOMIC_BIT = 4, FILTER_BIT = 0x1000 };
 enum { CAPABILITY = 17, EXECUTION_MODE = 16, EXECUTION_MODE_ID = 331, LOCAL_SIZE = 17, LOCAL_SIZE_ID = 38 };
 enum { DECORATE = 71, SPEC_ID = 1, BUILT_IN = 11, WORKGROUP_SIZE = 25, VARIABLE = 59, WORKGROUP_CLASS = 4 };
 enum { TYPE_BOOL = 20, TYPE_INT = 21, TYPE_FLOAT = 22, TYPE_VECTOR = 23, TYPE_MATRIX = 24, TYPE_ARRAY = 28, TYPE_STRUCT = 30, TYPE_POINTER = 32 };
-enum { CONSTANT = 43, CONSTANT_COMPOSITE = 44, SPEC_CONSTANT = 50, SPEC_COMPOSITE = 51, SPEC_OPERATION = 52 };
-enum { COMPOSITE_EXTRACT = 81, ADD = 128, SUB = 130, MUL = 132, UDIV = 134, SDIV = 135 };
+enum { CONSTANT_TRUE = 41, CONSTANT = 43, CONSTANT_COMPOSITE = 44, SPEC_TRUE = 48, SPEC_FALSE = 49, SPEC_CONSTANT = 50, SPEC_COMPOSITE = 51, SPEC_OPERATION = 52 };
+enum { COMPOSITE_EXTRACT = 81, ADD = 128, SUB = 130, MUL = 132, UDIV = 134, SDIV = 135, SELECT = 169, GREATER = 172, LESS = 176 };
 enum { CREATION_FEEDBACK = 1000192000, REQUIRED_SUBGROUP_SIZE = 1000225001, PIPELINE_SIZE = 96, UNIFORM_BUFFER = 6 };
 enum { GRAPHICS_BIT = 1, USAGE_STORAGE = 8, NAME_SIZE = 256, EXTENSION_SIZE = 260, FAMILY_SIZE = 24 };
 
@@ -220,6 +220,9 @@ static Word computed(const unsigned *code, unsigned words, const Word *values, c
     case SUB: return left - right;
     case MUL: return left * right;
     case UDIV: case SDIV: return right ? left / right : 0;
+    case SELECT: return left ? right : values[code[6]];
+    case GREATER: return left > right;
+    case LESS: return left < right;
     default: return 0;
     }
 }
@@ -247,6 +250,11 @@ static void look_at_pipeline(const char *info) {
             break;
         case EXECUTION_MODE_ID:
             for (int i = 0; of[2] == LOCAL_SIZE_ID && i < 3; i++) ids[i] = of[3 + i];
+            break;
+        case CONSTANT_TRUE: values[of[2]] = 1; break;
+        case SPEC_TRUE: case SPEC_FALSE:
+            values[of[2]] = (*of & 0xffff) == SPEC_TRUE;
+            if (numbers[of[2]]) values[of[2]] = specialized(constants, numbers[of[2]] - 1, values[of[2]]);
             break;
         case CONSTANT: values[of[2]] = of[3]; break;
         case SPEC_CONSTANT: values[of[2]] = numbers[of[2]] ? specialized(constants, numbers[of[2]] - 1, of[3]) : of[3]; break;

@@ -67,6 +67,7 @@ pub(crate) fn shared_bytes(pass: &Pass, specialization: &[(u32, Value)]) -> u64 
     let bits = |value: &Value| match value {
         Value::U32(value) => Some(*value),
         Value::I32(value) => Some(value.cast_unsigned()),
+        Value::Bool(value) => Some(u32::from(*value)),
         _ => None,
     };
     pass.shader.shared_bytes(&specialization.iter().filter_map(|(id, value)| Some((*id, bits(value)?))).collect())
