@@ -11,6 +11,9 @@ use crate::view::{Editing, Solids, World};
 /// The name of a camera where none is typed.
 const UNNAMED: &str = "camera";
 
+/// The share of the panel that values have.
+const VALUES: f32 = 0.55;
+
 /// Texts of fields.
 #[derive(Debug, Default)]
 pub(crate) struct Fields {
@@ -31,7 +34,9 @@ pub(crate) fn content<'v>(world: &'v World<'_>) -> impl Content + use<'v> {
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions: &mut Vec<Action>) {
-    Grid::new("world").num_columns(2).show(ui, |ui| {
+    // Values break into lines where the panel is narrow.
+    let room = (ui.available_width() * VALUES).max(60.0);
+    Grid::new("world").num_columns(2).max_col_width(room).show(ui, |ui| {
         ui.weak("world");
         ui.label(world.path.as_deref().unwrap_or("none"));
         ui.end_row();
