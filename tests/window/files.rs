@@ -105,3 +105,39 @@ fn another_graph_takes_the_place_of_what_runs_and_a_broken_one_does_not() {
     press(&bare.display, "Escape", "the bare picture", || filled([255, 0, 0]));
     bare.leave();
 }
+
+/// The table waits for its buffer, and the user shows something else.
+#[test]
+fn a_table_is_written_whatever_is_shown_next() {
+    let (display, project) = (Display::start(), Project::empty());
+    project.write("graphs/words.toml", include_str!("../fixtures/window/words.toml"));
+    project.write("shaders/count.comp", include_str!("../fixtures/window/count.comp"));
+    let words = "layout(std430) readonly buffer Words { uint word[]; } words;\nvoid main()";
+    let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(words.word[1] / 3u, 0, 0, 1)");
+    project.write("shaders/fill.comp", shader.replace("void main()", words));
+    let docks =
+        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"inspect\"] } } }\n";
+    project.write(".raxel/window.toml", docks);
+    let log_path = project.path("log");
+    let arguments = ["run", "graphs/words.toml", "--target", "words", "--size", "600x400", "--validate"];
+    let mut child = Running::start(
+        command(project.root(), &arguments)
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    // The button behind the number of elements, which is drawn once the buffer was read.
+    eventually("the table", || display.pixels(600, 400)[103 * 600 + 559][0] > 50);
+    let window = display.xdotool(&["search", "--name", "words"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    display.xdotool(&["mousemove", "546", "103"]);
+    std::thread::sleep(Duration::from_millis(300));
+    display.xdotool(&["click", "1", "mousemove", "100", "200", "key", "Tab"]);
+    let red = || display.pixels(600, 400)[330 * 600 + 40] == [255, 0, 0];
+    eventually("the table is written", || log(&log_path).contains("words.csv"));
+    eventually("another target is shown", red);
+    let text = fs::read_to_string(project.path("words.csv")).unwrap();
+    assert!(text.starts_with("u32\n0\n3\n6\n") && text.ends_with("\n299997\n"), "{}", &text[..40]);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}

@@ -105,14 +105,12 @@ pub(super) fn pixel(
     })
 }
 
-/// The values of a texel that is inside, and their bits.
-pub(super) fn values(texels: &Texels, [x, y]: [u32; 2]) -> Value {
-    let (kind, bytes) = numbers(texels);
-    let channels = texels.format.channels() as usize;
-    let at = (y as usize * texels.width as usize + x as usize) * channels * 4;
-    let words = bytes[at..at + channels * 4].chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]);
-    let bits: Vec<u32> = words.map(u32::from_le_bytes).collect();
-    let values: Vec<Value> = bits.iter().map(|bits| number(kind, *bits)).collect();
+/// The values of a texel that is inside, and their bits. It looks at no other texel: a target may have millions.
+pub(super) fn values(texels: &Texels, at: [u32; 2]) -> Value {
+    let floats = || texels.texel(at).map(|(floats, _)| floats.map(f32::to_bits));
+    let words = texels.integer(at).or_else(floats).unwrap_or_default();
+    let bits = &words[..texels.format.channels() as usize];
+    let values: Vec<Value> = bits.iter().map(|bits| number(kind(texels), *bits)).collect();
     json!({ "format": texels.format.name(), "values": values, "bits": bits })
 }
 
@@ -175,14 +173,19 @@ pub(super) fn screenshot(session: &mut Session, path: String) -> Result<Later<Va
     Ok(Later::of_one(ticket, move |texels| write(Shot::Texels(vec![(name, texels)]))))
 }
 
-/// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.
-fn numbers(texels: &Texels) -> (&'static str, Cow<'_, [u8]>) {
-    let channels = texels.format.channels() as usize;
-    let kind = match texels.scalar() {
+/// The type of the numbers of texels.
+fn kind(texels: &Texels) -> &'static str {
+    match texels.scalar() {
         ScalarKind::Uint => "u4",
         ScalarKind::Int => "i4",
         ScalarKind::Float => "f4",
-    };
+    }
+}
+
+/// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.
+fn numbers(texels: &Texels) -> (&'static str, Cow<'_, [u8]>) {
+    let channels = texels.format.channels() as usize;
+    let kind = kind(texels);
     // Channels of 32 bits are such words.
     if texels.bytes.len() == texels.width as usize * texels.height as usize * channels * 4 {
         return (kind, Cow::Borrowed(&texels.bytes));

@@ -47,6 +47,10 @@ pub(crate) fn status<'v>(ui: &mut Ui, view: &'v View<'_>, actions: &mut Vec<Acti
             ui.label(format!("{name} {} ms", milliseconds(Some(median))));
         }
     }
+    if let Some(seconds) = status.recording {
+        let text = RichText::new(format!("recording {seconds} s")).color(RED);
+        ui.label(text).on_hover_text("A take is recorded; F9 ends it, and writes it as a demo");
+    }
     if let Some(failed) = status.failed {
         let text = format!("showing generation {}, {failed} failed", status.generation);
         ui.label(RichText::new(text).color(RED));
@@ -99,7 +103,7 @@ pub(crate) fn status<'v>(ui: &mut Ui, view: &'v View<'_>, actions: &mut Vec<Acti
 pub(crate) fn notice(ctx: &Context, bar: f32, notice: &str) {
     let area = Area::new(Id::new("notice")).order(Order::Foreground).interactable(false);
     area.anchor(Align2::CENTER_TOP, [0.0, bar + MARGIN]).show(ctx, |ui| {
-        ui.set_max_width(ctx.screen_rect().width() * 0.8);
+        ui.set_max_width(ctx.content_rect().width() * 0.8);
         Frame::popup(ui.style()).show(ui, |ui| ui.label(notice));
     });
 }

@@ -30,7 +30,7 @@ pub(crate) fn show(ui: &mut Ui, presets: &[Preset], name: &mut String, actions: 
             });
         }
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("preset");
         ui.add(TextEdit::singleline(name).desired_width(100.0).hint_text(RichText::new("name").weak()))
             .labelled_by(label.id);

@@ -66,6 +66,8 @@ pub struct Status {
     pub is_default: bool,
     /// The clock stands still.
     pub paused: bool,
+    /// Seconds of the take that is recorded.
+    pub recording: Option<u64>,
     /// Generation that runs.
     pub generation: u64,
     /// A newer generation that is wrong.

@@ -89,7 +89,7 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         actions.push(Action::CopyCamera);
     }
     if world.path.is_some() {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             let label = ui.label("name");
             let field = egui::TextEdit::singleline(&mut fields.camera).desired_width(100.0);
             ui.add(field.hint_text(egui::RichText::new(UNNAMED).weak())).labelled_by(label.id);

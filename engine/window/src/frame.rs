@@ -28,6 +28,12 @@ use super::{
     Viewer, brush, outline, panel_data, preset_list,
 };
 
+/// Whole seconds.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a take has 0 to 600 seconds")]
+fn whole(seconds: f64) -> u64 {
+    seconds as u64
+}
+
 impl Open {
     /// Presents the picture that was taken from the other device last, with the panels where they are visible.
     fn present_taken(&mut self, visible: bool) -> std::result::Result<Presented, PresentError> {
@@ -239,6 +245,7 @@ impl Viewer<'_> {
             shown,
             locked,
             paused: self.session.clock().paused(),
+            recording: self.session.recording().map(|(seconds, _)| whole(seconds)),
             generation: self.reloads.shown,
             failed: self.reloads.failed,
             refused: self.session.is_refused(),

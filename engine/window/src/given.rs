@@ -95,7 +95,9 @@ impl Viewer<'_> {
 
     /// Writes a take that has ended by itself.
     pub(super) fn end_take(&mut self) {
-        if self.session.recording().is_some_and(|(_, ended)| ended.is_some()) && !self.writes_take() {
+        let ended = self.session.recording().is_some_and(|(_, ended)| ended.is_some());
+        // While too many other files are being written, the take waits.
+        if ended && !self.writes_take() && self.writings.has_room() {
             self.write_take();
             if !self.writes_take() {
                 // It cannot be written, which is reported once.

@@ -120,12 +120,17 @@ impl Writings {
         })
     }
 
+    /// Whether one more file can be written.
+    pub fn has_room(&self) -> bool {
+        self.running.len() < MOST
+    }
+
     fn begin(
         &mut self,
         what: String,
         write: impl FnOnce() -> Result<Written> + Send + 'static,
     ) -> std::result::Result<(), String> {
-        if self.running.len() >= MOST {
+        if !self.has_room() {
             return Err(format!("{what} is not written: {MOST} other files are being written"));
         }
         self.running.push(Writing { what, thread: thread::spawn(write) });
