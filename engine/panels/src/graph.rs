@@ -194,7 +194,7 @@ fn readable(fit: (Pos2, f32), all: Rect, shown: Option<Pos2>, area: Rect) -> (Po
         return fit;
     }
     let half = area.size() / READ / 2.0;
-    let within = |at: f32, from: f32, to: f32| if from < to { at.clamp(from, to) } else { (from + to) / 2.0 };
+    let within = |at: f32, from: f32, to: f32| if from < to { at.clamp(from, to) } else { f32::midpoint(from, to) };
     let Pos2 { x, y } = shown.unwrap_or(fit.0);
     let (min, max) = (all.min + half - vec2(8.0, 8.0), all.max - half + vec2(8.0, 8.0));
     (pos2(within(x, min.x, max.x), within(y, min.y, max.y)), READ)
