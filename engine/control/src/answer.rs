@@ -51,7 +51,7 @@ pub(super) fn begin(
     request: Request,
     host: &mut dyn Host,
     middle: Option<&Middle>,
-) -> Result<Result<Work, Refusal>, Request> {
+) -> Result<Result<Work, Refusal>, Box<Request>> {
     let session = host.session();
     let later = match request {
         Request::Stop { name } => return Ok(stop_recording(session, name).map(Work::Take)),
@@ -74,7 +74,7 @@ pub(super) fn begin(
             read::buffer(session, &buffer, start..start.saturating_add(bytes), path)
         }
         Request::Files {} => Ok(work::files(session)),
-        other => return Err(other),
+        other => return Err(Box::new(other)),
     };
     Ok(later.map(Work::Answer))
 }

@@ -99,7 +99,7 @@ impl Finding {
     /// The answer, which is found at once: where no frame waits for it.
     pub fn finish(mut self, session: &mut Session) -> Result<Value, Refusal> {
         loop {
-            let at_once = self.step(session, finished, finished)?;
+            let at_once = self.step(session, |on, later| Some(later.finish(on)), |on, later| Some(later.finish(on)))?;
             if let Some(answer) = at_once {
                 return Ok(answer);
             }
@@ -180,11 +180,6 @@ impl Finding {
         answer["slices"] = looked.into();
         answer
     }
-}
-
-/// The result of something that is done at once.
-fn finished<T: Send + 'static>(session: &Session, later: &mut Later<T>) -> Option<Result<T, Refusal>> {
-    Some(later.finish(session))
 }
 
 fn sought(word: &str) -> Result<Sought, Refusal> {

@@ -512,7 +512,7 @@ impl Control {
             },
             Ok(request) => {
                 let request = match answer::begin(request, host, self.middle.as_ref()) {
-                    Err(other) => other,
+                    Err(other) => *other,
                     Ok(begun) => {
                         match begun {
                             Ok(work) => self.begin(id, work, host),
