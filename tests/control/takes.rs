@@ -199,3 +199,29 @@ fn a_flight_and_a_jump_are_undone() {
     talk.ask(json!({ "do": "quit" }));
     assert!(talk.child.finish().success());
 }
+
+/// A take ends where another graph runs. It has the params of its own graph nevertheless.
+#[test]
+fn a_take_that_another_graph_has_ended_keeps_its_params() {
+    let project = Project::shipped();
+    let shader = r"#version 460
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(rgba8) uniform writeonly image2D outColor;
+layout(push_constant) uniform Push { float red; };
+void main() { imageStore(outColor, ivec2(gl_GlobalInvocationID.xy), vec4(red)); }
+";
+    let graph = include_str!("../fixtures/window/bare.toml");
+    project.write("graphs/bare.toml", graph).write("shaders/fill.comp", shader);
+    project.write("graphs/other.toml", graph.replace("params.red", "params.glow").replace("param.red", "param.glow"));
+    let scene = ["graphs/bare.toml", "--world", "worlds/menger.toml", "--size", "16x16"];
+    let mut talk = Talk::start(&mut command(project.root(), &[&["control"][..], &scene].concat()));
+    talk.ask(json!({ "do": "record" }));
+    talk.ask(json!({ "do": "set", "param": "red", "value": 0.75 }));
+    talk.ask(json!({ "do": "step", "frames": 2 }));
+    talk.ask(json!({ "do": "open", "path": "graphs/other.toml" }));
+    talk.ask(json!({ "do": "step" }));
+    let stopped = talk.ask(json!({ "do": "stop" }));
+    assert!(stopped["ended"].is_string(), "{stopped}");
+    let text = std::fs::read_to_string(project.path("worlds/take.demo.toml")).unwrap();
+    assert!(text.contains("[tracks.\"red\"]") && text.contains("0.75"), "{text}");
+}

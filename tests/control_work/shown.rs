@@ -120,6 +120,30 @@ fn only_a_window_shows_a_comparison_and_gives_a_pass_up() {
     stage.ends();
 }
 
+/// *Keep* is a key, and so is the next target: the user has pressed both before a frame runs.
+#[test]
+fn a_window_keeps_what_was_shown_when_the_key_was_pressed() {
+    let mut stage = Stage::start(Runs::Window, &[&SCENE[..3], &["--size", "64x64"]].concat());
+    stage.pictured("a picture", |_| true);
+    let display = stage.display.as_ref().unwrap();
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    for _ in 0..3 {
+        let key = |keys: &[&str]| stage.display.as_ref().unwrap().xdotool(&[&["key", "--delay", "0"], keys].concat());
+        stage.talk.ask(json!({ "do": "forget" }));
+        stage.talk.ask(json!({ "do": "target", "target": "normal" }));
+        stage.talk.say(&json!({ "do": "picture" }).to_string());
+        key(&["b", "Tab"]);
+        let mut kept = Value::Null;
+        eventually("a picture is kept", || {
+            kept = stage.talk.say(&json!({ "do": "measure" }).to_string())["kept"].clone();
+            kept.is_string()
+        });
+        assert_eq!(kept, json!("normal, generation 0, 64 × 64"));
+    }
+    stage.ends();
+}
+
 /// A program drives a window that nobody sees: it answers, and runs frames.
 ///
 /// This cannot fail on X11 for want of redraws: winit hands them from `request_redraw` to the window through a queue of its own, whether the window

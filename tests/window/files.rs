@@ -1,7 +1,7 @@
 //! Files with mistakes, and another graph in place of the one that runs.
 
 use std::fs;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::common::{Display, Project, Run, Running, command, eventually, output};
 use crate::{BARE, Bare, log, press, rendered};
@@ -104,4 +104,53 @@ fn another_graph_takes_the_place_of_what_runs_and_a_broken_one_does_not() {
     press(&bare.display, "o", "the list of files", || !filled([255, 0, 0]));
     press(&bare.display, "Escape", "the bare picture", || filled([255, 0, 0]));
     bare.leave();
+}
+
+/// The table waits for its buffer, and the user shows something else.
+#[test]
+fn a_table_is_written_whatever_is_shown_next() {
+    let (display, project) = (Display::start(), Project::empty());
+    project.write("graphs/words.toml", include_str!("../fixtures/window/words.toml"));
+    project.write("shaders/count.comp", include_str!("../fixtures/window/count.comp"));
+    let words = "layout(std430) readonly buffer Words { uint word[]; } words;\nvoid main()";
+    let shader = BARE.replace("FORMAT", "rgba8").replace("VALUE", "vec4(words.word[1] / 3u, 0, 0, 1)");
+    project.write("shaders/fill.comp", shader.replace("void main()", words));
+    let docks =
+        "docks = { across = { share = 0.5, left = { tabs = [\"picture\"] }, right = { tabs = [\"inspect\"] } } }\n";
+    project.write(".raxel/window.toml", docks);
+    let log_path = project.path("log");
+    let arguments = ["run", "graphs/words.toml", "--target", "words", "--size", "600x400", "--validate"];
+    let mut child = Running::start(
+        command(project.root(), &arguments)
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    // The button behind the number of elements, which is drawn once the buffer was read.
+    let button = || display.pixels(600, 400)[103 * 600 + 559][0] > 50;
+    let red = || display.pixels(600, 400)[330 * 600 + 40] == [255, 0, 0];
+    eventually("the table", button);
+    let window = display.xdotool(&["search", "--name", "words"]).trim().to_owned();
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    let written = || log(&log_path).contains("words.csv");
+    let mut pressed: Option<Instant> = None;
+    eventually("the table is written", || {
+        // A busy machine may lose a click. The key shows the other target, so it has to be pressed again.
+        if pressed.is_none_or(|at| at.elapsed() > Duration::from_secs(8)) {
+            if pressed.is_some() && red() {
+                display.xdotool(&["key", "Tab"]);
+                std::thread::sleep(Duration::from_secs(2));
+            }
+            display.xdotool(&["mousemove", "546", "103"]);
+            std::thread::sleep(Duration::from_millis(500));
+            display.xdotool(&["click", "1", "mousemove", "100", "200", "key", "Tab"]);
+            pressed = Some(Instant::now());
+        }
+        written()
+    });
+    eventually("another target is shown", red);
+    let text = fs::read_to_string(project.path("words.csv")).unwrap();
+    assert!(text.starts_with("u32\n0\n3\n6\n") && text.ends_with("\n299997\n"), "{}", &text[..40]);
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }

@@ -10,9 +10,10 @@ use serde_json::{Map, Value, json};
 use super::Drive;
 use super::brush;
 use super::describe;
-use super::find;
+use super::find::{self, Finding};
 use super::host::Host;
 use super::inputs;
+use super::later::Later;
 use super::read::{self, Middle};
 use super::refusal::Refusal;
 use super::request::{CameraMove, Request};
@@ -35,7 +36,67 @@ pub(super) fn line(id: &Value, answer: Result<Value, Refusal>) -> Value {
     object.into()
 }
 
-/// Carries out one request, or nothing.
+/// Work whose answer comes later.
+pub(super) enum Work {
+    /// Another thread makes the answer.
+    Answer(Later<Value>),
+    /// Another thread writes a take. The recording ends once it is written.
+    Take(Later<Value>),
+    /// A search.
+    Find(Box<Finding>),
+}
+
+/// Begins a request whose work takes longer than a frame may. Gives any other request back.
+pub(super) fn begin(
+    request: Request,
+    host: &mut dyn Host,
+    middle: Option<&Middle>,
+) -> Result<Result<Work, Refusal>, Box<Request>> {
+    let session = host.session();
+    let later = match request {
+        Request::Stop { name } => return Ok(stop_recording(session, name).map(Work::Take)),
+        Request::Find(wanted) => {
+            return Ok(Finding::new(session, wanted, middle.cloned()).map(|finding| Work::Find(Box::new(finding))));
+        }
+        Request::Screenshot { path } => read::screenshot(session, path),
+        Request::Picture { path } => read::picture(session, path),
+        Request::Texels { target, age, mip, layer, after, path } => {
+            let target = DebugTarget { resource: target, age, mip, layer, after };
+            read::texels(session, &target, middle, path)
+        }
+        Request::Pixel { target, x, y, age, mip, layer, after } => {
+            read::pixel(session, &DebugTarget { resource: target, age, mip, layer, after }, [x, y], middle)
+        }
+        Request::Statistics { target, age, mip, layer, after } => {
+            find::statistics(session, &DebugTarget { resource: target, age, mip, layer, after }, middle)
+        }
+        Request::Buffer { buffer, start, bytes, path } => {
+            read::buffer(session, &buffer, start..start.saturating_add(bytes), path)
+        }
+        Request::Files {} => Ok(work::files(session)),
+        other => return Err(Box::new(other)),
+    };
+    Ok(later.map(Work::Answer))
+}
+
+impl Work {
+    /// Does all of it at once: where no frame waits for it.
+    pub fn finish(self, session: &mut Session) -> Result<Value, Refusal> {
+        match self {
+            Work::Answer(mut later) => later.finish(session),
+            Work::Take(mut later) => {
+                let written = later.finish(session);
+                if written.is_ok() {
+                    session.stop_recording();
+                }
+                written
+            }
+            Work::Find(finding) => finding.finish(session),
+        }
+    }
+}
+
+/// Carries out one request that takes no longer than a frame may, or nothing.
 pub(super) fn answer(
     request: Request,
     host: &mut dyn Host,
@@ -60,7 +121,6 @@ pub(super) fn answer(
             session.record()?;
             Ok(json!({}))
         }
-        Request::Stop { name } => stop_recording(session, name.as_deref()),
         Request::Pause { paused } => {
             session.pause(paused);
             Ok(json!({ "paused": paused }))
@@ -75,34 +135,9 @@ pub(super) fn answer(
             Ok(json!({}))
         }
         Request::Resize { size } => resize(session, drive, size),
-        Request::Screenshot { path } => read::screenshot(session, &path),
         Request::Capture {} => {
             let (_, file) = session.capture_frame()?;
             Ok(json!({ "path": file }))
-        }
-        Request::Picture { path } => read::picture(session, path.as_deref()),
-        Request::Texels { target, age, mip, layer, after, path } => {
-            let target = DebugTarget { resource: target, age, mip, layer, after };
-            read::texels(session, &target, middle.as_ref(), path.as_deref())
-        }
-        Request::Pixel { target, x, y, age, mip, layer, after } => {
-            let target = DebugTarget { resource: target, age, mip, layer, after };
-            read::pixel(session, &target, [x, y], middle.as_ref())
-        }
-        Request::Statistics { target, age, mip, layer, after } => {
-            find::statistics(session, &DebugTarget { resource: target, age, mip, layer, after }, middle.as_ref())
-        }
-        Request::Find(wanted) => find::find(session, &wanted, middle.as_ref()),
-        Request::Buffer { buffer, start, bytes, path } => {
-            read::buffer(session, &buffer, start..start.saturating_add(bytes), path.as_deref())
-        }
-        Request::Timings {} => {
-            if session.picture().is_none() {
-                let help = vec!["run a frame with `step`".to_owned()];
-                return Err(Refusal { error: "no frame has run, so no pass has a time".to_owned(), help });
-            }
-            session.wait()?;
-            Ok(json!({ "passes": describe::timings(session) }))
         }
         Request::Edit { operations } => edit(session, &operations),
         Request::Undo {} => {
@@ -121,7 +156,6 @@ pub(super) fn answer(
         Request::Writers { target, x, y, mip, layer } => {
             writers::find(session, drive, TracedTexel { target, mip, layer, at: [x, y] })
         }
-        Request::Files {} => Ok(work::files(session)),
         Request::Presets {} => work::presets(host),
         Request::SavePreset { name } => work::save_preset(host, &name),
         Request::ApplyPreset { name } => work::apply_preset(host, &name),
@@ -159,7 +193,7 @@ pub(super) fn answer(
         Request::Brush(change) => brush::change(host, &change),
         Request::Display(shown) => work::show(host, &shown),
         Request::Forget {} => {
-            host.keep(None);
+            host.forget();
             Ok(json!({}))
         }
         Request::Compare { mode, gain, flipped } => {
@@ -174,12 +208,22 @@ pub(super) fn answer(
             session.set_scale(scale);
             Ok(json!({ "scale": scale, "size": session.size() }))
         }
-        // The conversation answers them.
+        // The conversation answers them, and those of [`begin`].
         Request::Diagnostics {}
         | Request::WaitReload { .. }
         | Request::Open { .. }
         | Request::Keep(_)
         | Request::Measure {}
+        | Request::Stop { .. }
+        | Request::Find(_)
+        | Request::Screenshot { .. }
+        | Request::Picture { .. }
+        | Request::Texels { .. }
+        | Request::Pixel { .. }
+        | Request::Statistics { .. }
+        | Request::Buffer { .. }
+        | Request::Files {}
+        | Request::Timings {}
         | Request::Quit {} => Ok(json!({})),
     }
 }
@@ -234,14 +278,17 @@ fn placed(session: &Session, moved: &CameraMove) -> Result<Camera, Refusal> {
     Ok(camera)
 }
 
-/// Ends the take and writes it as a demo.
-fn stop_recording(session: &mut Session, name: Option<&str>) -> Result<Value, Refusal> {
-    let name = raxel_output::take_name(session.project(), name)?;
-    let take = session.take(&name)?;
-    let path = raxel_output::write_take(session.project(), &name, &take)?;
-    session.stop_recording();
-    let ended = take.ended.map(|ended| ended.to_string());
-    Ok(json!({ "path": path, "seconds": take.seconds, "ended": ended }))
+/// Writes the take so far as a demo.
+fn stop_recording(session: &Session, name: Option<String>) -> Result<Later<Value>, Refusal> {
+    let take = session.take_so_far()?;
+    let project = session.project().clone();
+    Ok(Later::beside(move || {
+        let name = raxel_output::take_name(&project, name.as_deref())?;
+        let take = take.finish(&name)?;
+        let path = raxel_output::write_take(&project, &name, &take)?;
+        let ended = take.ended.map(|ended| ended.to_string());
+        Ok(json!({ "path": path, "seconds": take.seconds, "ended": ended }))
+    }))
 }
 
 /// Runs frames; in a window that is paused, lets them pass.

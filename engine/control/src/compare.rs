@@ -2,17 +2,16 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
-use std::thread;
 
 use raxel_execute::{ReadTicket, Texels};
+use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
-use raxel_runtime::{ReadError, Session};
 use raxel_workbench::display;
 use raxel_workbench::kept::{Figures, Kept, Pixels, VALUES, What};
 use serde_json::{Value, json};
 
 use super::host::Host;
+use super::later::Later;
 use super::read;
 use super::refusal::Refusal;
 
@@ -26,60 +25,6 @@ pub(super) struct ToKeep {
     pub target: Option<String>,
 }
 
-/// Something that is made of copies of targets, which are on their way from the device, and then on another thread.
-pub(super) struct Later<T> {
-    copies: Option<Copies<T>>,
-    made: Receiver<Result<T, Refusal>>,
-}
-
-/// Copies on their way, and what is made of them.
-struct Copies<T> {
-    tickets: Vec<ReadTicket<Texels>>,
-    make: Box<dyn FnOnce(Vec<Texels>) -> Result<T, Refusal> + Send>,
-    send: Sender<Result<T, Refusal>>,
-}
-
-impl<T: Send + 'static> Later<T> {
-    /// Made of these copies, which are in their order.
-    fn of(
-        tickets: Vec<ReadTicket<Texels>>,
-        make: impl FnOnce(Vec<Texels>) -> Result<T, Refusal> + Send + 'static,
-    ) -> Self {
-        let (send, made) = channel();
-        Self { copies: Some(Copies { tickets, make: Box::new(make), send }), made }
-    }
-
-    /// The result, once it is there. Never waits.
-    pub(crate) fn poll(&mut self) -> Option<Result<T, Refusal>> {
-        if let Some(copies) = self.copies.take_if(|copies| copies.have_arrived()) {
-            thread::spawn(move || copies.make());
-        }
-        match self.made.try_recv() {
-            Ok(made) => Some(made),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err(Refusal::new("the pictures could not be read or compared"))),
-        }
-    }
-}
-
-impl<T> Copies<T> {
-    /// Whether all are there. One that was lost with its device is reported by [`Self::make`].
-    fn have_arrived(&self) -> bool {
-        self.tickets.iter().all(|ticket| ticket.has_arrived().unwrap_or(true))
-    }
-
-    /// Copies the texels, and makes the result.
-    fn make(self) {
-        let Self { tickets, make, send } = self;
-        let texels = |ticket: ReadTicket<Texels>| -> Result<Texels, Refusal> {
-            ticket.poll().map_err(ReadError::from)?.ok_or_else(|| Refusal::new("the target was not copied"))
-        };
-        let made = tickets.into_iter().map(texels).collect::<Result<_, _>>().and_then(make);
-        // A program that has gone does not wait for it.
-        let _ = send.send(made);
-    }
-}
-
 /// What is to be kept: what is shown, a file, or a target as it goes on.
 /// The thread that reads a file has a clone of `reading`.
 pub(super) fn keep(session: &mut Session, wanted: &ToKeep, reading: &Arc<()>) -> Result<Later<Kept>, Refusal> {
@@ -87,7 +32,7 @@ pub(super) fn keep(session: &mut Session, wanted: &ToKeep, reading: &Arc<()>) ->
         (Some(path), None) => {
             let (file, name) = (session.project().root().join(Path::new(path)), path.clone());
             let reading = reading.clone();
-            Ok(Later::of(Vec::new(), move |_| {
+            Ok(Later::beside(move || {
                 let kept = Kept::read(&file, &name).map_err(Refusal::new);
                 drop(reading);
                 kept
@@ -99,13 +44,12 @@ pub(super) fn keep(session: &mut Session, wanted: &ToKeep, reading: &Arc<()>) ->
                 return Err(Refusal::new(format!("`{target}` is not what the frame ends with")));
             }
             target.resolve(session.graph())?;
-            Ok(Later::of(Vec::new(), |_| Ok(Kept::live(target))))
+            Ok(Later::beside(|| Ok(Kept::live(target))))
         }
         (None, None) => {
             let (target, ticket) = shown(session)?;
             let name = target.to_string();
-            let copy = move |texels: Vec<Texels>| texels.into_iter().next().map(|texels| Kept::copy(&name, texels));
-            Ok(Later::of(vec![ticket], move |texels| copy(texels).ok_or_else(|| Refusal::new("nothing was copied"))))
+            Ok(Later::of_one(ticket, move |texels| Ok(Kept::copy(&name, texels))))
         }
         (Some(_), Some(_)) => Err(Refusal::new("`path` and `target` exclude each other")),
     }

@@ -8,6 +8,8 @@ use raxel_runtime::camera::Camera;
 use raxel_runtime::params::{components, type_name};
 use serde_json::{Value, json};
 
+use super::refusal::Refusal;
+
 /// The open project: files, size, params, resources, passes, cameras.
 pub(super) fn info(session: &Session) -> Value {
     let graph = session.graph();
@@ -80,8 +82,22 @@ pub(super) fn now(session: &Session) -> Value {
     }
 }
 
+/// Refuses before the first frame.
+pub(super) fn may_time(session: &Session) -> Result<(), Refusal> {
+    if session.picture().is_some() {
+        return Ok(());
+    }
+    let help = vec!["run a frame with `step`".to_owned()];
+    Err(Refusal { error: "no frame has run, so no pass has a time".to_owned(), help })
+}
+
+/// The times of the passes in the last frame, which has ended.
+pub(super) fn times(session: &mut Session) -> Value {
+    json!({ "passes": timings(session) })
+}
+
 /// Every pass of the graph in order, with its time in the last frame if it ran.
-pub(super) fn timings(session: &mut Session) -> Vec<Value> {
+fn timings(session: &mut Session) -> Vec<Value> {
     let outcomes = session.outcomes();
     let times: Vec<_> = session.timings().to_vec();
     let Some(plan) = session.plan() else { return Vec::new() };

@@ -1,70 +1,185 @@
 //! Numbers of targets: the statistics of a slice, and the place of a value in all slices.
 
+use std::collections::VecDeque;
+use std::sync::Arc;
+
 use raxel_execute::Texels;
 use raxel_picture::{Place, Search, Sought, Statistics};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
 use serde_json::{Value, json};
 
+use super::later::Later;
 use super::read::{self, Middle};
 use super::refusal::Refusal;
 use super::request::{Find, Found};
+
+/// Slices that are copied ahead of the one that is looked at.
+const AHEAD: usize = 3;
 
 /// Statistics of each channel of a slice.
 pub(super) fn statistics(
     session: &mut Session,
     target: &DebugTarget,
     middle: Option<&Middle>,
-) -> Result<Value, Refusal> {
-    let texels = read::texels_of(session, target, middle)?;
-    let of = |channel| {
-        let found = Statistics::of(texels.channel(channel).into_iter())?;
-        let [smallest, largest] = found.range;
-        Some(json!({
-            "count": found.count, "nan": found.nan, "infinite": found.infinite,
-            "smallest": smallest, "largest": largest, "mean": found.mean,
-            "percentiles": found.percentiles, "histogram": found.histogram.as_slice(),
+) -> Result<Later<Value>, Refusal> {
+    read::of_texels(session, target, middle, |texels| {
+        let of = |channel| {
+            let found = Statistics::of(texels.channel(channel).into_iter())?;
+            let [smallest, largest] = found.range;
+            Some(json!({
+                "count": found.count, "nan": found.nan, "infinite": found.infinite,
+                "smallest": smallest, "largest": largest, "mean": found.mean,
+                "percentiles": found.percentiles, "histogram": found.histogram.as_slice(),
+            }))
+        };
+        let channels: Vec<Value> = (0..texels.format.channels()).filter_map(of).collect();
+        Ok(json!({
+            "width": texels.width, "height": texels.height, "format": texels.format.name(), "channels": channels,
         }))
-    };
-    let channels: Vec<Value> = (0..texels.format.channels()).filter_map(of).collect();
-    Ok(json!({
-        "width": texels.width, "height": texels.height, "format": texels.format.name(), "channels": channels,
-    }))
+    })
 }
 
-/// The next texel with a value, in one slice of a target or in all.
-pub(super) fn find(session: &mut Session, find: &Find, middle: Option<&Middle>) -> Result<Value, Refusal> {
-    let sought = sought(&find.value)?;
-    let slices = slices(session, find)?;
-    let one = |[mip, layer]: [u32; 2]| DebugTarget {
-        resource: find.target.clone(),
-        age: find.age,
-        mip,
-        layer,
-        after: find.after.clone(),
-    };
-    let (start, from) = begin(session, find, &slices)?;
-    let mut search = Search::new(sought, find.forward, slices.len(), start, from);
-    while let Some(slice) = search.slice() {
-        let texels = read::texels_of(session, &one(slices[slice]), middle)?;
-        let channels = texels.format.channels();
-        if find.channel >= channels {
-            let message = format!("`{}` has the channels 0 to {}; got {}", find.target, channels - 1, find.channel);
-            return Err(Refusal::new(message));
-        }
-        search.look(&texels.channel(find.channel));
+/// A search for the next texel with a value, in one slice of a target or in all. A few slices are copied ahead, and another thread looks at one.
+pub(super) struct Finding {
+    wanted: Find,
+    middle: Option<Middle>,
+    slices: Vec<[u32; 2]>,
+    /// As it began: it has the order of the slices.
+    order: Search,
+    /// Slices that were asked for.
+    asked: usize,
+    copies: VecDeque<Later<Arc<Texels>>>,
+    /// The search, while no thread has it.
+    search: Option<Search>,
+    looking: Option<Later<Looked>>,
+    /// The texel that it ends with, if no other slice has a better one.
+    hit: Option<Hit>,
+}
+
+/// A slice that was looked at.
+struct Looked {
+    search: Search,
+    /// The texel of this slice that the search has found, if it has.
+    hit: Option<Hit>,
+}
+
+/// A texel that was found.
+struct Hit {
+    at: Place,
+    texel: [u32; 2],
+    /// Its values in the frame in which it was found.
+    values: Value,
+}
+
+impl Finding {
+    pub fn new(session: &Session, wanted: Find, middle: Option<Middle>) -> Result<Self, Refusal> {
+        let sought = sought(&wanted.value)?;
+        let slices = slices(session, &wanted)?;
+        let (start, from) = begin(session, &wanted, &slices)?;
+        let order = Search::new(sought, wanted.forward, slices.len(), start, from);
+        Ok(Self {
+            wanted,
+            middle,
+            slices,
+            search: Some(order.clone()),
+            order,
+            asked: 0,
+            copies: VecDeque::new(),
+            looking: None,
+            hit: None,
+        })
     }
-    let [looked, _] = search.progress();
-    let Some(Place { slice, index }) = search.found() else {
-        return Ok(json!({ "found": null, "slices": looked }));
-    };
-    // The contents are those of the last frame: reading again gives the same.
-    let texels = read::texels_of(session, &one(slices[slice]), middle)?;
-    let ([x, y], [mip, layer]) = (place(&texels, index), slices[slice]);
-    let mut answer = read::values(&texels, [x, y]);
-    answer["found"] = json!({ "mip": mip, "layer": layer, "x": x, "y": y });
-    answer["slices"] = looked.into();
-    Ok(answer)
+
+    /// The answer, once it is there. Never waits.
+    pub fn poll(&mut self, session: &mut Session) -> Option<Result<Value, Refusal>> {
+        self.step(session, |_, later| later.poll(), |_, later| later.poll()).transpose()
+    }
+
+    /// The answer, which is found at once: where no frame waits for it.
+    pub fn finish(mut self, session: &mut Session) -> Result<Value, Refusal> {
+        loop {
+            let at_once = self.step(session, |on, later| Some(later.finish(on)), |on, later| Some(later.finish(on)))?;
+            if let Some(answer) = at_once {
+                return Ok(answer);
+            }
+        }
+    }
+
+    /// Goes on as far as copies and looks are there. They are taken by two functions, which may wait.
+    fn step(
+        &mut self,
+        session: &mut Session,
+        mut copied: impl FnMut(&Session, &mut Later<Arc<Texels>>) -> Option<Result<Arc<Texels>, Refusal>>,
+        mut looked: impl FnMut(&Session, &mut Later<Looked>) -> Option<Result<Looked, Refusal>>,
+    ) -> Result<Option<Value>, Refusal> {
+        loop {
+            if let Some(looking) = &mut self.looking {
+                let Some(found) = looked(session, looking) else { return Ok(None) };
+                let Looked { search, hit } = found?;
+                (self.looking, self.search) = (None, Some(search));
+                self.hit = hit.or(self.hit.take());
+            }
+            let Some(search) = &self.search else { return Ok(None) };
+            if search.slice().is_none() {
+                return Ok(Some(self.answer()));
+            }
+            self.ask(session)?;
+            let Some(copy) = self.copies.front_mut() else { return Ok(None) };
+            let Some(texels) = copied(session, copy) else { return Ok(None) };
+            self.copies.pop_front();
+            self.look(texels?);
+        }
+    }
+
+    /// Asks for copies of the next slices.
+    fn ask(&mut self, session: &mut Session) -> Result<(), Refusal> {
+        while self.copies.len() < AHEAD
+            && let Some(slice) = self.order.upcoming(self.asked)
+        {
+            let [mip, layer] = self.slices[slice];
+            let Find { target, age, after, .. } = &self.wanted;
+            let target = DebugTarget { resource: target.clone(), age: *age, mip, layer, after: after.clone() };
+            match read::of_texels(session, &target, self.middle.as_ref(), Ok) {
+                Ok(copy) => self.copies.push_back(copy),
+                // There is no room for one more copy on its way.
+                Err(_) if !self.copies.is_empty() => return Ok(()),
+                Err(refusal) => return Err(refusal),
+            }
+            self.asked += 1;
+        }
+        Ok(())
+    }
+
+    /// Lets another thread look at a slice.
+    fn look(&mut self, texels: Arc<Texels>) {
+        let Some(mut search) = self.search.take() else { return };
+        let (name, channel) = (self.wanted.target.clone(), self.wanted.channel);
+        self.looking = Some(Later::beside(move || {
+            let channels = texels.format.channels();
+            if channel >= channels {
+                return Err(Refusal::new(format!("`{name}` has the channels 0 to {}; got {channel}", channels - 1)));
+            }
+            let slice = search.slice();
+            search.look(&texels.channel(channel));
+            let hit = search.found().filter(|at| Some(at.slice) == slice).map(|at| {
+                let texel = place(&texels, at.index);
+                Hit { at, texel, values: read::values(&texels, texel) }
+            });
+            Ok(Looked { search, hit })
+        }));
+    }
+
+    fn answer(&mut self) -> Value {
+        let looked = self.search.as_ref().map_or(0, |search| search.progress()[0]);
+        let Some(Hit { at, texel: [x, y], values: mut answer }) = self.hit.take() else {
+            return json!({ "found": null, "slices": looked });
+        };
+        let [mip, layer] = self.slices[at.slice];
+        answer["found"] = json!({ "mip": mip, "layer": layer, "x": x, "y": y });
+        answer["slices"] = looked.into();
+        answer
+    }
 }
 
 fn sought(word: &str) -> Result<Sought, Refusal> {

@@ -114,8 +114,16 @@ pub trait Host {
     /// The picture to compare with.
     fn kept(&self) -> Option<&Kept>;
 
-    /// Compares with another picture, or with none.
-    fn keep(&mut self, kept: Option<Kept>);
+    /// A picture will be kept. Gives the number of the request, for [`Self::keep`]; a picture that was asked for before is given up.
+    fn awaits_kept(&mut self) -> u64 {
+        0
+    }
+
+    /// Compares with another picture from now on. False if another one was asked for after this one, which stays.
+    fn keep(&mut self, kept: Kept, number: u64) -> bool;
+
+    /// Compares with none.
+    fn forget(&mut self);
 
     /// Records params that are moved.
     fn recorder(&mut self) -> (&mut Session, &mut Recorder);
@@ -235,8 +243,13 @@ impl Host for Alone<'_> {
         self.kept.as_ref()
     }
 
-    fn keep(&mut self, kept: Option<Kept>) {
-        self.kept = kept;
+    fn keep(&mut self, kept: Kept, _: u64) -> bool {
+        self.kept = Some(kept);
+        true
+    }
+
+    fn forget(&mut self) {
+        self.kept = None;
     }
 
     fn recorder(&mut self) -> (&mut Session, &mut Recorder) {

@@ -12,6 +12,7 @@ mod describe;
 mod find;
 mod host;
 mod inputs;
+mod later;
 mod lines;
 mod read;
 mod refusal;
@@ -25,26 +26,30 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
-use raxel_execute::PassPrints;
-use raxel_runtime::reload::ReloadEvent;
+use raxel_execute::{PassPrints, Progress};
+use raxel_runtime::reload::{ProjectFile, ReloadEvent};
 use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
-use self::compare::Later;
+use self::answer::Work;
+use self::find::Finding;
 use self::host::Alone;
 pub use self::host::{
     Brush, BrushEffect, BrushShape, CompareMode, FLY_SPEEDS, Host, InWindow, LARGEST_BRUSH, Restored,
 };
+use self::later::Later;
 use self::read::Middle;
 use self::refusal::Refusal;
 use self::request::Request;
 use raxel_terminal::prints;
 use raxel_terminal::program::Program;
-use raxel_workbench::files;
 use raxel_workbench::kept::Kept;
 
 /// How long a window answers requests before it goes on with its frame. It answers one at least.
 const TURN: Duration = Duration::from_millis(4);
+
+/// The time between two looks at an answer within a turn.
+const LOOK: Duration = Duration::from_micros(100);
 
 /// Who runs the frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,12 +105,22 @@ struct Waiting {
 enum Awaited {
     /// An edit.
     Edit,
+    /// The file to open, at this project path.
+    File(Later<ProjectFile>, String),
     /// The file at this project path runs, or has mistakes.
     Opening(String),
-    /// A picture to keep. The next request may give up one that is read from a file.
-    Kept { kept: Later<Kept>, from_file: bool },
+    /// A picture to keep, with the number of its request. The next request may give up one that is read from a file.
+    Kept { kept: Later<Kept>, number: u64, from_file: bool },
     /// Figures of a comparison.
     Figures(Later<Value>),
+    /// The end of the last frame, whose times are the answer.
+    Times,
+    /// The line of the answer.
+    Line(Later<String>),
+    /// A take that is written.
+    Take(Later<Value>),
+    /// A search.
+    Find(Box<Finding>),
 }
 
 impl Awaited {
@@ -113,8 +128,18 @@ impl Awaited {
     fn pace(&self) -> Duration {
         Duration::from_millis(match self {
             Self::Edit | Self::Opening(_) => 20,
-            Self::Kept { .. } | Self::Figures(_) => 1,
+            _ => 1,
         })
+    }
+
+    /// Whether it may be there within the turn of a window.
+    fn is_short(&self) -> bool {
+        matches!(self, Self::Line(_) | Self::Find(_))
+    }
+
+    /// Whether files may be written meanwhile.
+    fn writes(&self) -> bool {
+        matches!(self, Self::Line(_) | Self::Take(_))
     }
 }
 
@@ -159,11 +184,31 @@ impl Control {
             if self.line(line, host) == Next::Quit {
                 return Next::Quit;
             }
+            // A small read is there within the turn.
+            while Instant::now() < until && self.waiting.as_ref().is_some_and(|waiting| waiting.awaits.is_short()) {
+                std::thread::sleep(LOOK);
+                self.tire(host);
+            }
             if Instant::now() >= until {
                 break;
             }
         }
         Next::More
+    }
+
+    /// Whether a window shall begin no frame before the last one has ended, since a request asks for its times.
+    pub fn holds_frame(&self) -> bool {
+        self.waiting.as_ref().is_some_and(|waiting| matches!(waiting.awaits, Awaited::Times))
+    }
+
+    /// At the end of a window: waits for files that a request writes. Whether there are any: it looks, and waits no longer than a moment.
+    pub fn is_writing(&mut self, host: &mut dyn Host) -> bool {
+        if !self.waiting.as_ref().is_some_and(|waiting| waiting.awaits.writes()) {
+            return false;
+        }
+        std::thread::sleep(LOOK);
+        self.tire(host);
+        true
     }
 
     /// A message about a program that does not read its answers, once.
@@ -268,7 +313,7 @@ impl Control {
         let answers = |waiting: &mut Waiting| match &waiting.awaits {
             Awaited::Edit => true,
             Awaited::Opening(path) => changed.contains(path),
-            Awaited::Kept { .. } | Awaited::Figures(_) => false,
+            _ => false,
         };
         if let Some(waiting) = self.waiting.take_if(answers) {
             let told = self.told(if matches!(waiting.awaits, Awaited::Edit) { "reloaded" } else { "opened" }, reloaded);
@@ -327,16 +372,34 @@ impl Control {
         self.ahead.as_ref().is_some_and(|ahead| ahead.ends_keep && (!ahead.keeps || given_up < MOST_GIVEN_UP))
     }
 
-    /// Answers with pictures and figures that have come, and gives up waiting for an edit that does not come.
+    /// Answers with what has come, and gives up waiting for an edit that does not come.
     fn tire(&mut self, host: &mut dyn Host) {
         let Some(mut waiting) = self.waiting.take() else { return };
+        let late = Instant::now() >= waiting.until;
         let answer = match &mut waiting.awaits {
+            Awaited::Line(line) => match line.poll() {
+                Some(Ok(line)) => return self.program.answer_line(line),
+                refused => refused.map(|refused| refused.map(Value::from)),
+            },
+            Awaited::Find(finding) => finding.poll(host.session()),
+            Awaited::Times => match host.session().wait_picture(Duration::ZERO) {
+                Ok(Progress::Done) => Some(Ok(describe::times(host.session()))),
+                Ok(Progress::Working { .. }) => None,
+                Err(error) => Some(Err(error.into())),
+            },
             Awaited::Figures(figures) => figures.poll(),
-            Awaited::Kept { kept, from_file } => match kept.poll() {
-                Some(kept) => Some(kept.map(|kept| {
+            Awaited::Take(take) => {
+                let written = take.poll();
+                if matches!(written, Some(Ok(_))) {
+                    host.session().stop_recording();
+                }
+                written
+            }
+            Awaited::Kept { kept, number, from_file } => match kept.poll() {
+                Some(kept) => Some(kept.and_then(|kept| {
                     let name = kept.name.clone();
-                    host.keep(Some(kept));
-                    json!({ "kept": name })
+                    let stays = "another picture was kept in the window meanwhile";
+                    if host.keep(kept, *number) { Ok(json!({ "kept": name })) } else { Err(Refusal::new(stays)) }
                 })),
                 None if *from_file && self.ends_keep() => {
                     let help = vec!["wait for its answer before `keep`, `forget` or `quit`".to_owned()];
@@ -344,17 +407,44 @@ impl Control {
                 }
                 None => None,
             },
-            Awaited::Edit if Instant::now() >= waiting.until => Some(Err(Refusal::new("no edit came in that time"))),
-            Awaited::Opening(path) if Instant::now() >= waiting.until => {
+            Awaited::Edit if late => Some(Err(Refusal::new("no edit came in that time"))),
+            Awaited::File(_, path) | Awaited::Opening(path) if late => {
                 let help = vec!["the event `reloaded` or `reload-failed` comes once it is opened".to_owned()];
                 Some(Err(Refusal { error: format!("`{path}` was not opened in that time"), help }))
             }
+            Awaited::File(file, path) => match file.poll().map(|file| open(host.session(), file?)) {
+                Some(Ok(())) => {
+                    waiting.awaits = Awaited::Opening(std::mem::take(path));
+                    None
+                }
+                Some(Err(refusal)) => Some(Err(refusal)),
+                None => None,
+            },
             Awaited::Edit | Awaited::Opening(_) => None,
         };
         match answer {
             Some(answer) => self.give(&waiting.id, answer),
             None => self.waiting = Some(waiting),
         }
+    }
+
+    /// Begins work on an answer, or does it if there is no window.
+    fn begin(&mut self, id: Value, work: Work, host: &mut dyn Host) {
+        let awaits = match (self.drive, work) {
+            (Drive::Requests, Work::Answer(later)) => {
+                return match later.into_line(id.clone()).finish(host.session()) {
+                    Ok(line) => self.program.answer_line(line),
+                    Err(refusal) => self.give(&id, Err(refusal)),
+                };
+            }
+            (Drive::Requests, work) => return self.give(&id, work.finish(host.session())),
+            (Drive::Window, Work::Answer(later)) => Awaited::Line(later.into_line(id.clone())),
+            (Drive::Window, Work::Take(later)) => Awaited::Take(later),
+            (Drive::Window, Work::Find(finding)) => Awaited::Find(finding),
+        };
+        self.wait(id, 0.0, awaits);
+        // Its thread starts at once.
+        self.tire(host);
     }
 
     fn wait(&mut self, id: Value, seconds: f64, awaits: Awaited) {
@@ -391,13 +481,14 @@ impl Control {
                 self.give(&id, Ok(found));
             }
             Ok(_) if host.session().is_waiting() => self.give(&id, Err(Refusal::nothing_runs())),
-            Ok(Request::Open { path, seconds }) => match open(host.session(), &path) {
-                Ok(()) => self.wait(id, seconds, Awaited::Opening(path)),
-                Err(refusal) => self.give(&id, Err(refusal)),
-            },
+            Ok(Request::Open { path, seconds }) => {
+                self.wait(id, seconds, Awaited::File(work::file(host.session(), &path), path));
+                self.tire(host);
+            }
             Ok(Request::Keep(wanted)) => match compare::keep(host.session(), &wanted, &self.reading) {
                 Ok(kept) => {
-                    self.wait(id, 0.0, Awaited::Kept { kept, from_file: wanted.path.is_some() });
+                    let number = host.awaits_kept();
+                    self.wait(id, 0.0, Awaited::Kept { kept, number, from_file: wanted.path.is_some() });
                     // Its thread starts at once.
                     self.tire(host);
                 }
@@ -407,7 +498,29 @@ impl Control {
                 Ok(figures) => self.wait(id, 0.0, Awaited::Figures(figures)),
                 Err(refusal) => self.give(&id, Err(refusal)),
             },
+            Ok(Request::Timings {}) => match describe::may_time(host.session()) {
+                Err(refusal) => self.give(&id, Err(refusal)),
+                Ok(()) if self.drive == Drive::Window => {
+                    self.wait(id, 0.0, Awaited::Times);
+                    self.tire(host);
+                }
+                Ok(()) => {
+                    let waited = host.session().wait().map_err(Refusal::from);
+                    let times = waited.map(|()| describe::times(host.session()));
+                    self.give(&id, times);
+                }
+            },
             Ok(request) => {
+                let request = match answer::begin(request, host, self.middle.as_ref()) {
+                    Err(other) => *other,
+                    Ok(begun) => {
+                        match begun {
+                            Ok(work) => self.begin(id, work, host),
+                            Err(refusal) => self.give(&id, Err(refusal)),
+                        }
+                        return Next::More;
+                    }
+                };
                 let leads_to_edit = request.leads_to_edit();
                 let mut answer = answer::answer(request, host, self.drive, &mut self.middle);
                 if let (true, Ok(answer)) = (leads_to_edit, &mut answer) {
@@ -423,11 +536,7 @@ impl Control {
 }
 
 /// Opens another file of the project in place of what runs.
-fn open(session: &mut Session, path: &str) -> Result<(), Refusal> {
-    let file = files::find(session, path).map_err(|error| Refusal {
-        error,
-        help: vec!["`files` lists the graphs, worlds and demos of the project".to_owned()],
-    })?;
+fn open(session: &mut Session, file: ProjectFile) -> Result<(), Refusal> {
     if session.open_file(file) {
         Ok(())
     } else {

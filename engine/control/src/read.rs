@@ -8,15 +8,17 @@ use std::sync::Arc;
 use data_encoding::BASE64;
 use raxel_execute::{Captured, Texels};
 use raxel_graph::plan::Present;
-use raxel_output::{Coding, Compression, Output, Pending, PictureFormat, Shot};
+use raxel_output::{Coding, Compression, Output, Pending, Shot};
 use raxel_runtime::Session;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_shader::interface::ScalarKind;
 use serde_json::{Value, json};
 
+use super::later::Later;
 use super::refusal::Refusal;
 
 /// The output right after a pass of the last frame.
+#[derive(Clone)]
 pub(super) struct Middle {
     of: Present,
     texels: Arc<Texels>,
@@ -33,11 +35,12 @@ pub(super) fn shown_in_the_middle(session: &mut Session) -> Option<Middle> {
 }
 
 /// The picture of the last frame.
-pub(super) fn picture(session: &mut Session, path: Option<&str>) -> Result<Value, Refusal> {
-    let file = path.map(file).transpose()?;
-    let picture = session.read_presented()?;
-    let about = json!({ "width": picture.width, "height": picture.height, "channels": 4, "type": "u1" });
-    give(about, &picture.rgba, file)
+pub(super) fn picture(session: &mut Session, path: Option<String>) -> Result<Later<Value>, Refusal> {
+    let ticket = session.request_picture()?;
+    Ok(Later::of_one(ticket, move |picture| {
+        let about = json!({ "width": picture.width, "height": picture.height, "channels": 4, "type": "u1" });
+        give(about, &picture.rgba, path.as_deref())
+    }))
 }
 
 /// All texels of a target as numbers.
@@ -45,16 +48,16 @@ pub(super) fn texels(
     session: &mut Session,
     target: &DebugTarget,
     middle: Option<&Middle>,
-    path: Option<&str>,
-) -> Result<Value, Refusal> {
-    let file = path.map(file).transpose()?;
-    let texels = texels_of(session, target, middle)?;
-    let (kind, bytes) = numbers(&texels);
-    let about = json!({
-        "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
-        "format": texels.format.name(),
-    });
-    give(about, &bytes, file)
+    path: Option<String>,
+) -> Result<Later<Value>, Refusal> {
+    of_texels(session, target, middle, move |texels| {
+        let (kind, bytes) = numbers(&texels);
+        let about = json!({
+            "width": texels.width, "height": texels.height, "channels": texels.format.channels(), "type": kind,
+            "format": texels.format.name(),
+        });
+        give(about, &bytes, path.as_deref())
+    })
 }
 
 /// Bytes of a buffer.
@@ -62,11 +65,10 @@ pub(super) fn buffer(
     session: &mut Session,
     name: &str,
     range: Range<u64>,
-    path: Option<&str>,
-) -> Result<Value, Refusal> {
-    let file = path.map(file).transpose()?;
-    let bytes = session.read_buffer(name, range)?;
-    give(json!({ "bytes": bytes.len() }), &bytes, file)
+    path: Option<String>,
+) -> Result<Later<Value>, Refusal> {
+    let ticket = session.request_buffer(name, range)?;
+    Ok(Later::of_one(ticket, move |bytes: Vec<u8>| give(json!({ "bytes": bytes.len() }), &bytes, path.as_deref())))
 }
 
 /// The file that a program wants bytes in. It must not be a pipe or a device: a program that waits for the answer does not read them.
@@ -78,9 +80,9 @@ fn file(path: &str) -> Result<Pending, Refusal> {
 }
 
 /// An answer with bytes: as base64 in it, or in a file.
-fn give(mut about: Value, bytes: &[u8], file: Option<Pending>) -> Result<Value, Refusal> {
-    match file {
-        Some(file) => file.finish(bytes)?,
+fn give(mut about: Value, bytes: &[u8], path: Option<&str>) -> Result<Value, Refusal> {
+    match path {
+        Some(path) => file(path)?.finish(bytes)?,
         None => about["data"] = BASE64.encode(bytes).into(),
     }
     Ok(about)
@@ -92,38 +94,43 @@ pub(super) fn pixel(
     target: &DebugTarget,
     [x, y]: [u32; 2],
     middle: Option<&Middle>,
-) -> Result<Value, Refusal> {
-    let texels = texels_of(session, target, middle)?;
-    if x >= texels.width || y >= texels.height {
-        let (width, height) = (texels.width, texels.height);
-        return Err(Refusal::new(format!("`{target}` has {width}×{height} texels; there is none at {x}, {y}")));
-    }
-    Ok(values(&texels, [x, y]))
+) -> Result<Later<Value>, Refusal> {
+    let name = target.to_string();
+    of_texels(session, target, middle, move |texels| {
+        if x >= texels.width || y >= texels.height {
+            let (width, height) = (texels.width, texels.height);
+            return Err(Refusal::new(format!("`{name}` has {width}×{height} texels; there is none at {x}, {y}")));
+        }
+        Ok(values(&texels, [x, y]))
+    })
 }
 
-/// The values of a texel that is inside, and their bits.
-pub(super) fn values(texels: &Texels, [x, y]: [u32; 2]) -> Value {
-    let (kind, bytes) = numbers(texels);
-    let channels = texels.format.channels() as usize;
-    let at = (y as usize * texels.width as usize + x as usize) * channels * 4;
-    let words = bytes[at..at + channels * 4].chunks_exact(4).map(|word| [word[0], word[1], word[2], word[3]]);
-    let bits: Vec<u32> = words.map(u32::from_le_bytes).collect();
-    let values: Vec<Value> = bits.iter().map(|bits| number(kind, *bits)).collect();
+/// The values of a texel that is inside, and their bits. It looks at no other texel: a target may have millions.
+pub(super) fn values(texels: &Texels, at: [u32; 2]) -> Value {
+    let floats = || texels.texel(at).map(|(floats, _)| floats.map(f32::to_bits));
+    let words = texels.integer(at).or_else(floats).unwrap_or_default();
+    let bits = &words[..texels.format.channels() as usize];
+    let values: Vec<Value> = bits.iter().map(|bits| number(kind(texels), *bits)).collect();
     json!({ "format": texels.format.name(), "values": values, "bits": bits })
 }
 
-/// Texels at the end of the last frame, or right after a pass of it.
-pub(super) fn texels_of(
+/// Something that is made of the texels at the end of the last frame, or right after a pass of it.
+pub(super) fn of_texels<T: Send + 'static>(
     session: &mut Session,
     target: &DebugTarget,
     middle: Option<&Middle>,
-) -> Result<Texels, Refusal> {
+    make: impl FnOnce(Arc<Texels>) -> Result<T, Refusal> + Send + 'static,
+) -> Result<Later<T>, Refusal> {
     if target.after.is_none() {
-        return Ok(session.read_texels(&target.resource, target.age, target.mip, target.layer)?);
+        let ticket = session.request_texels(&target.resource, target.age, target.mip, target.layer)?;
+        return Ok(Later::of_one(ticket, move |texels: Texels| make(texels.into())));
     }
     let wanted = target.resolve(session.graph())?;
     match middle.filter(|middle| middle.of == wanted) {
-        Some(middle) => Ok(Texels::clone(&middle.texels)),
+        Some(middle) => {
+            let texels = middle.texels.clone();
+            Ok(Later::beside(move || make(texels)))
+        }
         None => Err(Refusal {
             error: format!("the last frame has no copy of `{target}`"),
             help: vec![format!(
@@ -134,45 +141,51 @@ pub(super) fn texels_of(
 }
 
 /// Writes the picture of the last frame to a file.
-pub(super) fn screenshot(session: &mut Session, path: &str) -> Result<Value, Refusal> {
-    let Output::Single(kind, file) = Output::parse(path, None)? else {
+pub(super) fn screenshot(session: &mut Session, path: String) -> Result<Later<Value>, Refusal> {
+    let Output::Single(kind, file) = Output::parse(&path, None)? else {
         return Err(Refusal::new(format!("`{path}` names no single picture")));
     };
-    let pending = Pending::new(&file)?;
-    let shot = if kind.wants_texels() {
-        let graph = session.graph();
-        let target = session.debug_target();
-        if target.after.is_some() {
-            // The frame has run: the output within it is gone.
-            let message =
-                format!("`{target}` is not what the frame ends with, and `{path}` takes texels as they are at the end");
-            let help = vec!["a .png has the picture as it was shown; a target without `after` has texels".to_owned()];
-            return Err(Refusal { error: message, help });
-        }
-        let (age, mip, layer) = (target.age, target.mip, target.layer);
-        let shown = if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource };
-        let name = shown.clone();
-        let texels = session.read_texels(&name, age, mip, layer)?;
-        Shot::Texels(vec![(name, texels)])
-    } else {
-        Shot::Picture(session.read_presented()?)
+    let named = path.clone();
+    let write = move |shot: Shot| {
+        let pending = Pending::new(&file)?;
+        let size = shot.size();
+        let coding = Coding { kind, compression: Compression::default(), quality: 90 };
+        pending.finish(&coding.encode(shot)?)?;
+        Ok(json!({ "path": Path::new(&path), "size": size, "kind": kind.extension() }))
     };
-    let size = shot.size();
-    let coding = Coding { kind, compression: Compression::default(), quality: 90 };
-    pending.finish(&coding.encode(shot)?)?;
-    Ok(
-        json!({ "path": Path::new(path), "size": size, "kind": match kind { PictureFormat::Jpg => "jpg", other => other.extension() } }),
-    )
+    if !kind.wants_texels() {
+        let ticket = session.request_picture()?;
+        return Ok(Later::of_one(ticket, move |picture| write(Shot::Picture(picture))));
+    }
+    let graph = session.graph();
+    let target = session.debug_target();
+    if target.after.is_some() {
+        // The frame has run: the output within it is gone.
+        let message =
+            format!("`{target}` is not what the frame ends with, and `{named}` takes texels as they are at the end");
+        let help = vec!["a .png has the picture as it was shown; a target without `after` has texels".to_owned()];
+        return Err(Refusal { error: message, help });
+    }
+    let (age, mip, layer) = (target.age, target.mip, target.layer);
+    let shown = if target.resource.is_empty() { &graph.resource(graph.present).name } else { &target.resource };
+    let name = shown.clone();
+    let ticket = session.request_texels(&name, age, mip, layer)?;
+    Ok(Later::of_one(ticket, move |texels| write(Shot::Texels(vec![(name, texels)]))))
+}
+
+/// The type of the numbers of texels.
+fn kind(texels: &Texels) -> &'static str {
+    match texels.scalar() {
+        ScalarKind::Uint => "u4",
+        ScalarKind::Int => "i4",
+        ScalarKind::Float => "f4",
+    }
 }
 
 /// The numbers of all texels as little-endian words, and their type: `f4`, `u4` or `i4`.
 fn numbers(texels: &Texels) -> (&'static str, Cow<'_, [u8]>) {
     let channels = texels.format.channels() as usize;
-    let kind = match texels.scalar() {
-        ScalarKind::Uint => "u4",
-        ScalarKind::Int => "i4",
-        ScalarKind::Float => "f4",
-    };
+    let kind = kind(texels);
     // Channels of 32 bits are such words.
     if texels.bytes.len() == texels.width as usize * texels.height as usize * channels * 4 {
         return (kind, Cow::Borrowed(&texels.bytes));

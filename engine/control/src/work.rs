@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use raxel_graph::checked::{Display, Param};
 use raxel_runtime::Session;
+use raxel_runtime::reload::ProjectFile;
 use raxel_workbench::demo::{self, Changed, Lane};
 use raxel_workbench::presets::{Presets, Values};
 use raxel_workbench::recording::Recording;
@@ -12,13 +13,28 @@ use raxel_workbench::{demo_keys, display, files, tracks};
 use serde_json::{Value, json};
 
 use super::host::{Host, Restored};
+use super::later::Later;
 use super::refusal::Refusal;
 use super::request::Shown;
 
 /// The files that `open` opens.
-pub(super) fn files(session: &Session) -> Value {
-    let file = |openable: &files::Openable| json!({ "kind": openable.kind(), "path": openable.file.path(), "runs": openable.runs });
-    json!({ "files": files::list(session).iter().map(file).collect::<Vec<_>>() })
+pub(super) fn files(session: &Session) -> Later<Value> {
+    let lister = files::Lister::of(session);
+    Later::beside(move || {
+        let file = |openable: &files::Openable| json!({ "kind": openable.kind(), "path": openable.file.path(), "runs": openable.runs });
+        Ok(json!({ "files": lister.list().iter().map(file).collect::<Vec<_>>() }))
+    })
+}
+
+/// The file of the project at this path.
+pub(super) fn file(session: &Session, path: &str) -> Later<ProjectFile> {
+    let (lister, path) = (files::Lister::of(session), path.to_owned());
+    Later::beside(move || {
+        lister.find(&path).map_err(|error| Refusal {
+            error,
+            help: vec!["`files` lists the graphs, worlds and demos of the project".to_owned()],
+        })
+    })
 }
 
 /// The presets of the graph.

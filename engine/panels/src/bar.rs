@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use egui::{Color32, RichText, Ui};
+use egui::{Align2, Area, Color32, Context, Frame, Id, Order, RichText, TextStyle, Ui};
 
 use crate::action::Action;
 use crate::frame::milliseconds;
@@ -11,6 +11,9 @@ use crate::view::{Busy, Compiling, FirstPicture, PassState, Problem, Shown, Stat
 
 pub(crate) const RED: Color32 = Color32::from_rgb(240, 110, 100);
 pub(crate) const YELLOW: Color32 = Color32::from_rgb(235, 200, 90);
+
+/// Points between the bar and a notice below it.
+const MARGIN: f32 = 6.0;
 
 /// The colour of the worst of them.
 pub(crate) fn color_of(problems: &[Problem]) -> Color32 {
@@ -31,8 +34,8 @@ pub(crate) fn clock(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
     }
 }
 
-/// The shown target, and whether it is as in the files.
-pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
+/// The shown target, and whether it is as in the files. Gives the notice if there is no room for it.
+pub(crate) fn status<'v>(ui: &mut Ui, view: &'v View<'_>, actions: &mut Vec<Action>) -> Option<&'v str> {
     let status = &view.status;
     ui.separator();
     ui.label(RichText::new(text_of(&status.shown)).strong());
@@ -43,6 +46,10 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         if let Some(median) = samples.and_then(Samples::median) {
             ui.label(format!("{name} {} ms", milliseconds(Some(median))));
         }
+    }
+    if let Some(seconds) = status.recording {
+        let text = RichText::new(format!("recording {seconds} s")).color(RED);
+        ui.label(text).on_hover_text("A take is recorded; F9 ends it, and writes it as a demo");
     }
     if let Some(failed) = status.failed {
         let text = format!("showing generation {}, {failed} failed", status.generation);
@@ -75,15 +82,30 @@ pub(crate) fn status(ui: &mut Ui, view: &View<'_>, actions: &mut Vec<Action>) {
         let text = format!("the driver has compiled `{pass}` for {seconds} s; pipelines left: {left}");
         ui.label(RichText::new(text).color(YELLOW));
     }
-    if let Some(notice) = &status.notice {
-        ui.label(RichText::new(notice).weak());
-    }
     if !status.written.is_empty() {
         let hint = format!("Restores {} as before the window wrote it", status.written.join(", "));
         if ui.button("Undo write").on_hover_text(hint).clicked() {
             actions.push(Action::UndoWrite);
         }
     }
+    let notice = status.notice.as_deref()?;
+    let font = TextStyle::Body.resolve(ui.style());
+    let width = ui.painter().layout_no_wrap(notice.to_owned(), font, Color32::WHITE).rect.width();
+    // The bar scrolls, so it has room without end; its window has not.
+    if ui.cursor().left() + width > ui.clip_rect().right() {
+        return Some(notice);
+    }
+    ui.label(RichText::new(notice).weak());
+    None
+}
+
+/// Draws a notice that has no room in the bar below it, over picture and panels.
+pub(crate) fn notice(ctx: &Context, bar: f32, notice: &str) {
+    let area = Area::new(Id::new("notice")).order(Order::Foreground).interactable(false);
+    area.anchor(Align2::CENTER_TOP, [0.0, bar + MARGIN]).show(ctx, |ui| {
+        ui.set_max_width(ctx.content_rect().width() * 0.8);
+        Frame::popup(ui.style()).show(ui, |ui| ui.label(notice));
+    });
 }
 
 /// "`a` is", "`a` and 2 more are".

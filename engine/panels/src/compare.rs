@@ -20,7 +20,8 @@ pub(crate) fn show(ui: &mut Ui, compare: &Compare, path: &mut String, actions: &
             actions.push(Action::KeepLive);
         }
         let label = ui.label("or a file");
-        ui.add(TextEdit::singleline(path).desired_width(130.0).hint_text("picture.png")).labelled_by(label.id);
+        ui.add(TextEdit::singleline(path).desired_width(130.0).hint_text(RichText::new("picture.png").weak()))
+            .labelled_by(label.id);
         let hint = "A PNG, JPEG, EXR or HDR, from the folder of the project";
         if ui.add_enabled(!path.trim().is_empty(), Button::new("Load")).on_hover_text(hint).clicked() {
             actions.push(Action::KeepFile(path.trim().to_owned()));

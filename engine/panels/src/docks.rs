@@ -253,46 +253,55 @@ impl Panels {
         let bar = TopBottomPanel::top("bar").frame(frame(ctx)).show(ctx, |ui| {
             // A scroll bar would lie over the lower half of the buttons, and take their clicks.
             let hidden = ScrollBarVisibility::AlwaysHidden;
-            ScrollArea::horizontal().scroll_bar_visibility(hidden).auto_shrink([false, true]).show(ui, |ui| {
-                ui.horizontal(|ui| {
-                    if ui.button("Open").on_hover_text("Another graph, world or demo of the project; O").clicked() {
-                        actions.push(Action::ListFiles);
-                    }
-                    ui.separator();
-                    for panel in Panel::ALL {
-                        if panel == Panel::Timeline && view.timeline.is_none() {
-                            continue;
+            ScrollArea::horizontal()
+                .scroll_bar_visibility(hidden)
+                .auto_shrink([false, true])
+                .show(ui, |ui| {
+                    ui.horizontal(|ui| {
+                        if ui.button("Open").on_hover_text("Another graph, world or demo of the project; O").clicked() {
+                            actions.push(Action::ListFiles);
                         }
-                        let title = match (panel, view.problems.len()) {
-                            (Panel::Problems, count @ 1..) => {
-                                RichText::new(format!("Problems {count}")).color(bar::color_of(view.problems))
+                        ui.separator();
+                        for panel in Panel::ALL {
+                            if panel == Panel::Timeline && view.timeline.is_none() {
+                                continue;
                             }
-                            _ => RichText::new(panel.title()),
-                        };
-                        let seen = self.layout.is_open(panel) && self.only(ctx).is_none_or(|only| only == panel);
-                        if ui.selectable_label(seen, title).clicked() {
-                            if seen {
-                                self.layout.toggle(panel);
-                            } else {
-                                self.open(panel);
+                            let title = match (panel, view.problems.len()) {
+                                (Panel::Problems, count @ 1..) => {
+                                    RichText::new(format!("Problems {count}")).color(bar::color_of(view.problems))
+                                }
+                                _ => RichText::new(panel.title()),
+                            };
+                            let seen = self.layout.is_open(panel) && self.only(ctx).is_none_or(|only| only == panel);
+                            if ui.selectable_label(seen, title).clicked() {
+                                if seen {
+                                    self.layout.toggle(panel);
+                                } else {
+                                    self.open(panel);
+                                }
                             }
                         }
-                    }
-                    let hint = "The picture beside the panels, rather than under them; F3";
-                    if ui.selectable_label(self.layout.beside, "Beside").on_hover_text(hint).clicked() {
-                        self.layout.beside = !self.layout.beside;
-                    }
-                    if ui.button("Reset layout").on_hover_text("Docks and closes all panels as at first").clicked() {
-                        self.layout = Layout { zoom: self.layout.zoom, ..Layout::default() };
-                        self.recent = None;
-                    }
-                    ui.separator();
-                    bar::clock(ui, &view.status, actions);
-                    bar::status(ui, view, actions);
-                });
-            });
+                        let hint = "The picture beside the panels, rather than under them; F3";
+                        if ui.selectable_label(self.layout.beside, "Beside").on_hover_text(hint).clicked() {
+                            self.layout.beside = !self.layout.beside;
+                        }
+                        if ui.button("Reset layout").on_hover_text("Docks and closes all panels as at first").clicked()
+                        {
+                            self.layout = Layout { zoom: self.layout.zoom, ..Layout::default() };
+                            self.recent = None;
+                        }
+                        ui.separator();
+                        bar::clock(ui, &view.status, actions);
+                        bar::status(ui, view, actions)
+                    })
+                    .inner
+                })
+                .inner
         });
         self.bar = bar.response.rect.bottom();
+        if let Some(notice) = bar.inner {
+            bar::notice(ctx, self.bar, notice);
+        }
     }
 
     /// Draws the docks, and notes the free part of the window.

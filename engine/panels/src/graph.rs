@@ -30,6 +30,9 @@ const MARGIN: f32 = 4.0;
 /// Smallest and largest zoom.
 const ZOOMS: [f32; 2] = [0.15, 2.0];
 
+/// The zoom at which names are read well: a graph that is shown whole only at a smaller one opens at this zoom, around the shown target.
+const READ: f32 = 0.7;
+
 const RAN: Color32 = Color32::from_rgb(46, 82, 58);
 const IDLE: Color32 = Color32::from_rgb(58, 60, 66);
 const OFF: Color32 = Color32::from_rgb(110, 44, 40);
@@ -39,8 +42,10 @@ const LINE: Color32 = Color32::from_rgb(110, 120, 140);
 /// Which part of the picture is seen.
 #[derive(Clone, Copy, Debug, Default)]
 struct Camera {
-    /// The place in the middle of the panel and the zoom; `None` shows all of the graph.
+    /// The place in the middle of the panel and the zoom; `None` is the first view.
     at: Option<(Pos2, f32)>,
+    /// Shows all of the graph, however small.
+    whole: bool,
 }
 
 /// Where the nodes stand, for the plan that they were placed for last.
@@ -141,14 +146,17 @@ pub(crate) fn show(ui: &mut Ui, view: &View<'_>, memory: &mut Memory, whole: boo
     let row = if view.thumbnails.is_empty() { STEP.y } else { ROW };
     let center = |node: &Node| pos2(node.column as f32 * STEP.x, node.row * row);
     let place = |node: &Node| Rect::from_center_size(center(node), size(node));
-    let fit = fitting(drawing.nodes.iter().map(place), area);
-    follow(ui, &response, camera, fit);
-    let (middle, zoom) = camera.at.unwrap_or(fit);
+    let seen = seen(view, drawing);
+    let all = drawing.nodes.iter().map(place).fold(Rect::NOTHING, Rect::union);
+    let shown = drawing.nodes.iter().enumerate().find(|(index, _)| seen(*index)).map(|(_, node)| center(node));
+    let fit = fitting(all, area);
+    let first = if camera.whole { fit } else { readable(fit, all, shown, area) };
+    follow(ui, &response, camera, first);
+    let (middle, zoom) = camera.at.unwrap_or(if camera.whole { fit } else { first });
     let screen = |at: Pos2| area.center() + (at - middle) * zoom;
     let rects: Vec<Rect> =
         (drawing.nodes.iter()).map(|node| Rect::from_center_size(screen(center(node)), size(node) * zoom)).collect();
     let hovered = hovered(ui, &response, &rects);
-    let seen = seen(view, drawing);
     let boxes = drawing.nodes.iter().zip(&rects).enumerate().filter(|(_, (_, rect))| rect.intersects(area));
     let boxes = boxes.map(|(index, (node, rect))| {
         let lit = if seen(index) { Some(2.0) } else { (hovered == Some(index)).then_some(1.0) };
@@ -175,18 +183,29 @@ fn size(node: &Node, textures: &Textures) -> Vec2 {
 }
 
 /// The middle and the zoom that show all nodes.
-fn fitting(nodes: impl Iterator<Item = Rect>, area: Rect) -> (Pos2, f32) {
-    let all = nodes.fold(Rect::NOTHING, Rect::union);
+fn fitting(all: Rect, area: Rect) -> (Pos2, f32) {
     let room = (area.size() - vec2(16.0, 16.0)).max(vec2(1.0, 1.0)) / all.size();
     (all.center(), room.min_elem().clamp(ZOOMS[0], 1.0))
 }
 
-/// Moves and zooms as the pointer asks; a double click shows all again.
-fn follow(ui: &Ui, response: &Response, camera: &mut Camera, fit: (Pos2, f32)) {
-    if response.double_clicked() {
-        camera.at = None;
+/// The same, but no smaller than names can be read: then around the shown target, with as little empty ground as possible.
+fn readable(fit: (Pos2, f32), all: Rect, shown: Option<Pos2>, area: Rect) -> (Pos2, f32) {
+    if fit.1 >= READ {
+        return fit;
     }
-    let (middle, zoom) = camera.at.unwrap_or(fit);
+    let half = area.size() / READ / 2.0;
+    let within = |at: f32, from: f32, to: f32| if from < to { at.clamp(from, to) } else { f32::midpoint(from, to) };
+    let Pos2 { x, y } = shown.unwrap_or(fit.0);
+    let (min, max) = (all.min + half - vec2(8.0, 8.0), all.max - half + vec2(8.0, 8.0));
+    (pos2(within(x, min.x, max.x), within(y, min.y, max.y)), READ)
+}
+
+/// Moves and zooms as the pointer asks; a double click shows all.
+fn follow(ui: &Ui, response: &Response, camera: &mut Camera, first: (Pos2, f32)) {
+    if response.double_clicked() {
+        *camera = Camera { at: None, whole: true };
+    }
+    let (middle, zoom) = camera.at.unwrap_or(first);
     if response.dragged() {
         camera.at = Some((middle - response.drag_delta() / zoom, zoom));
     }

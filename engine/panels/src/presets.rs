@@ -1,6 +1,6 @@
 //! Named values of params: kept, set again, compared with the values of now.
 
-use egui::{Button, TextEdit, Ui};
+use egui::{Button, RichText, TextEdit, Ui};
 
 use crate::action::Action;
 use crate::view::Preset;
@@ -30,9 +30,10 @@ pub(crate) fn show(ui: &mut Ui, presets: &[Preset], name: &mut String, actions: 
             });
         }
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("preset");
-        ui.add(TextEdit::singleline(name).desired_width(100.0).hint_text("name")).labelled_by(label.id);
+        ui.add(TextEdit::singleline(name).desired_width(100.0).hint_text(RichText::new("name").weak()))
+            .labelled_by(label.id);
         let typed = name.trim();
         let word = if presets.iter().any(|preset| preset.name == typed) { "Replace" } else { "Keep values" };
         let button = ui.add_enabled(!typed.is_empty(), Button::new(word));

@@ -28,7 +28,12 @@ pub(crate) enum Switching {
 
 impl Switcher {
     /// Draws the list.
-    pub(crate) fn show(&mut self, ctx: &Context, files: &[ProjectFile], actions: &mut Vec<Action>) -> Switching {
+    pub(crate) fn show(
+        &mut self,
+        ctx: &Context,
+        files: Option<&[ProjectFile]>,
+        actions: &mut Vec<Action>,
+    ) -> Switching {
         let frame = ctx.cumulative_frame_nr();
         if *self.first.get_or_insert(frame) == frame {
             // The key that opened the list is no part of the filter.
@@ -48,6 +53,10 @@ impl Switcher {
             if field.changed() {
                 self.chosen = 0;
             }
+            let Some(files) = files else {
+                ui.weak("reads the folders of the project");
+                return None;
+            };
             let left: Vec<&ProjectFile> = files.iter().filter(|file| matches(&file.path, &self.filter)).collect();
             let last = left.len().saturating_sub(1);
             self.chosen = self.chosen.min(last).saturating_add_signed(step as isize).min(last);

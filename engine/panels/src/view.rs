@@ -50,7 +50,7 @@ pub struct View<'a> {
     /// The comparison of the picture.
     pub compare: Compare,
     /// Files of the project that can be opened, as they were listed last: by kind, and each kind in order of path.
-    pub files: &'a [ProjectFile],
+    pub files: Option<&'a [ProjectFile]>,
 }
 
 /// The shown target, and its state.
@@ -66,6 +66,8 @@ pub struct Status {
     pub is_default: bool,
     /// The clock stands still.
     pub paused: bool,
+    /// Seconds of the take that is recorded.
+    pub recording: Option<u64>,
     /// Generation that runs.
     pub generation: u64,
     /// A newer generation that is wrong.

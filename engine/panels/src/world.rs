@@ -11,6 +11,9 @@ use crate::view::{Editing, Solids, World};
 /// The name of a camera where none is typed.
 const UNNAMED: &str = "camera";
 
+/// The share of the panel that values have.
+const VALUES: f32 = 0.55;
+
 /// Texts of fields.
 #[derive(Debug, Default)]
 pub(crate) struct Fields {
@@ -31,7 +34,9 @@ pub(crate) fn content<'v>(world: &'v World<'_>) -> impl Content + use<'v> {
 
 /// Draws the panel.
 pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions: &mut Vec<Action>) {
-    Grid::new("world").num_columns(2).show(ui, |ui| {
+    // Values break into lines where the panel is narrow.
+    let room = (ui.available_width() * VALUES).max(60.0);
+    Grid::new("world").num_columns(2).max_col_width(room).show(ui, |ui| {
         ui.weak("world");
         ui.label(world.path.as_deref().unwrap_or("none"));
         ui.end_row();
@@ -84,7 +89,7 @@ pub(crate) fn show(ui: &mut Ui, world: &World<'_>, fields: &mut Fields, actions:
         actions.push(Action::CopyCamera);
     }
     if world.path.is_some() {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             let label = ui.label("name");
             let field = egui::TextEdit::singleline(&mut fields.camera).desired_width(100.0);
             ui.add(field.hint_text(egui::RichText::new(UNNAMED).weak())).labelled_by(label.id);

@@ -69,6 +69,14 @@ impl Program {
         }
     }
 
+    /// Sends an answer whose line was made before, without its end.
+    pub fn answer_line(&self, line: String) {
+        match self {
+            Self::AtOnce => console::data(&(line + "\n")),
+            Self::Queued(queue) => queue.push_answer_line(line + "\n"),
+        }
+    }
+
     /// Sends an event, if there is room for it.
     pub fn event(&self, event: &Value) {
         match self {
@@ -115,14 +123,18 @@ impl Queue {
     }
 
     fn push_answer(&self, answer: &Value) {
-        self.state().push(answer);
+        self.push_answer_line(format!("{answer}\n"));
+    }
+
+    fn push_answer_line(&self, line: String) {
+        self.state().push(line);
         self.changed.notify_all();
     }
 
     fn push_event(&self, event: &Value) {
         let mut state = self.state();
         if state.bytes < FULL {
-            state.push(event);
+            state.push(format!("{event}\n"));
             self.changed.notify_all();
         } else {
             state.omitted += 1;
@@ -157,14 +169,13 @@ impl Queue {
 }
 
 impl State {
-    fn push(&mut self, value: &Value) {
+    fn push(&mut self, line: String) {
         if self.bytes == 0 {
             self.read = Instant::now();
         }
         let omitted = if self.bytes < FULL { std::mem::take(&mut self.omitted) } else { 0 };
         let omitted = (omitted > 0).then(|| json!({ "event": "events-omitted", "count": omitted }));
-        for value in omitted.iter().chain([value]) {
-            let line = format!("{value}\n");
+        for line in omitted.map(|omitted| format!("{omitted}\n")).into_iter().chain([line]) {
             self.bytes += line.len();
             self.lines.push_back(line);
         }

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::sync::Arc;
 
 use raxel_edit::{Operation, Scene as EditScene};
 use raxel_graph::checked::{Graph, Value};
@@ -117,7 +118,7 @@ pub struct Told<'a> {
     pub target: &'a DebugTarget,
 }
 
-/// Notes frame after frame.
+/// Notes frame after frame. A copy shares the sound and the edits, so that it can be written on another thread while frames go on.
 #[derive(Clone, Debug)]
 pub struct Recorder {
     scene: Scene,
@@ -132,13 +133,13 @@ pub struct Recorder {
     gamepad_buttons: Recorded<u32>,
     targets: Recorded<DebugTarget>,
     /// The graph's sound, from the start on.
-    sound: Vec<i16>,
+    sound: Samples,
     /// The last value of [`Heard::changes`].
     sound_changes: Option<u64>,
     /// Each with the time of the frame that saw it first, in the form of a demo's file.
-    edits: Vec<(f64, String)>,
+    edits: Vec<(f64, Arc<str>)>,
     /// Edits that no frame has seen yet.
-    unseen: Vec<String>,
+    unseen: Vec<Arc<str>>,
     time_of_day: f64,
     last: Option<FrameTime>,
     ended: Option<Ended>,
@@ -152,6 +153,35 @@ struct Recorded<T> {
     seen: f64,
     /// It jumps. Any other value goes in straight lines, and needs a key where it begins to move.
     steps: bool,
+}
+
+/// Samples of a sound. Those of whole seconds are shared by copies.
+#[derive(Clone, Debug, Default)]
+struct Samples {
+    seconds: Vec<Arc<[i16]>>,
+    rest: Vec<i16>,
+}
+
+impl Samples {
+    const SECOND: usize = SAMPLE_RATE as usize;
+
+    fn len(&self) -> usize {
+        self.seconds.len() * Self::SECOND + self.rest.len()
+    }
+
+    fn extend(&mut self, samples: impl Iterator<Item = i16>) {
+        for sample in samples {
+            self.rest.push(sample);
+            if self.rest.len() == Self::SECOND {
+                self.seconds.push(self.rest.as_slice().into());
+                self.rest.clear();
+            }
+        }
+    }
+
+    fn all(&self) -> Vec<i16> {
+        self.seconds.iter().flat_map(|second| second.iter()).chain(&self.rest).copied().collect()
+    }
 }
 
 impl<T: Clone + PartialEq> Recorded<T> {
@@ -201,7 +231,7 @@ impl Recorder {
             gamepad_triggers: Recorded::new(false),
             gamepad_buttons: Recorded::new(true),
             targets: Recorded::new(true),
-            sound: Vec::new(),
+            sound: Samples::default(),
             sound_changes: None,
             edits: Vec::new(),
             unseen: Vec::new(),
@@ -261,7 +291,8 @@ impl Recorder {
         self.sound_changes = Some(heard.changes);
         let over = usize::try_from(heard.over).unwrap_or(MOST_SAMPLES).min(MOST_SAMPLES);
         let from = self.sound.len().max(over.saturating_sub(HISTORY)).min(over);
-        self.sound.resize(self.sound.len().max(from), 0);
+        let silence = from.saturating_sub(self.sound.len());
+        self.sound.extend(std::iter::repeat_n(0, silence));
         self.sound.extend((from..over).map(|at| heard.sample(at as u64)));
     }
 
@@ -272,7 +303,7 @@ impl Recorder {
         }
         for operation in operations {
             match written(operation, scene) {
-                Some(edit) => self.unseen.push(edit),
+                Some(edit) => self.unseen.push(edit.into()),
                 None => self.ended = Some(Ended::Unsaid),
             }
         }
@@ -301,7 +332,7 @@ impl Recorder {
         if self.last.is_none() {
             return Err(TakeError::Empty);
         }
-        let sound = self.sound.iter().any(|sample| *sample != 0).then(|| self.sound.clone());
+        let sound = Some(self.sound.all()).filter(|samples| samples.iter().any(|sample| *sample != 0));
         let sound_name = sound.as_ref().map(|_| format!("{name}.wav"));
         let text = self.text(graph, sound_name.as_deref());
         Ok(Take { text, sound, seconds: self.seconds(), ended: self.ended })

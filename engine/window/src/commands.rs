@@ -24,7 +24,7 @@ use super::finding::{Ended, Wanted};
 use super::history::{Change, Files, Step};
 use super::pins::{self, Pressed};
 use super::write_back::Written;
-use super::{NextFrame, Viewer, brush, demo_keys, panel_data, switching, write_back};
+use super::{NextFrame, Viewer, brush, demo_keys, panel_data, write_back};
 
 /// The time that a message stays in the bar.
 const NOTICE: Duration = Duration::from_secs(6);
@@ -89,7 +89,7 @@ impl Viewer<'_> {
                 self.inspector.shows(map);
             }
             Action::Rows(first) => self.inspector.rows(first),
-            Action::WriteTable => self.inspector.write(),
+            Action::WriteTable => self.write_table(),
             Action::SetParam(name, value) => self.set_param(&name, &value),
             Action::ResetParam(name) => self.reset_param(&name),
             Action::Record(on) => self.recorder.turn(on),
@@ -115,7 +115,7 @@ impl Viewer<'_> {
             | Action::Gain(_)
             | Action::Measure) => self.compare(action),
             Action::ListFiles => {
-                self.files = switching::list(&self.session);
+                self.files.begin(&self.session);
                 self.panels.switch();
             }
             Action::Open(kind, path) => self.open_file(kind, path),

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use raxel_control::Next;
+use raxel_control::{Control, Next};
 use raxel_execute::{ExecuteError, FrameReport, PassOutcome, Progress};
 use raxel_output::shown;
 use raxel_panels::view::{Busy, Compiling, Editing, FirstPicture, Status, World};
@@ -27,6 +27,12 @@ use super::{
     GROUND, Ground, LANDED, MEANWHILE, MENDED, NextFrame, PATIENCE, PATIENCE_AT_FIRST, Placed, REFRESH, SLICE, STILL,
     Viewer, brush, outline, panel_data, preset_list,
 };
+
+/// Whole seconds.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a take has 0 to 600 seconds")]
+fn whole(seconds: f64) -> u64 {
+    seconds as u64
+}
 
 impl Open {
     /// Presents the picture that was taken from the other device last, with the panels where they are visible.
@@ -67,9 +73,14 @@ impl Viewer<'_> {
             event_loop.set_control_flow(ControlFlow::WaitUntil(at));
             return Ok(());
         }
-        let progress = self.session.wait_next(SLICE);
+        // A program asks for the times of the last frame: they are there once it has ended.
+        let holds = self.control.as_ref().is_some_and(Control::holds_frame);
+        let progress = if holds { self.session.wait_picture(SLICE) } else { self.session.wait_next(SLICE) };
         if !self.is_done(progress)? {
             return self.draw_meanwhile(event_loop);
+        }
+        if holds {
+            return Ok(());
         }
         demo::turn(&mut self.session, self.looped);
         self.fly();
@@ -100,7 +111,8 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.look_at_log();
-        self.report_written(false);
+        self.report_written();
+        self.touched |= self.files.take();
         let printed = self.session.take_prints();
         self.printed.say(&printed, self.console);
         let said = self.session.take_messages();
@@ -118,8 +130,7 @@ impl Viewer<'_> {
         if inspects {
             self.touched |= self.inspector.take(&mut self.session, &report);
             self.end_search();
-            self.write_table();
-            self.take_copy();
+            self.take_copies();
         } else {
             self.inspector.rest(&mut self.session);
         }
@@ -234,6 +245,7 @@ impl Viewer<'_> {
             shown,
             locked,
             paused: self.session.clock().paused(),
+            recording: self.session.recording().map(|(seconds, _)| whole(seconds)),
             generation: self.reloads.shown,
             failed: self.reloads.failed,
             refused: self.session.is_refused(),
@@ -300,7 +312,7 @@ impl Viewer<'_> {
             inspected: self.inspector.view(&self.session, resources, cursor, &region),
             magnified,
             compare: self.comparing.view(&self.session),
-            files: &self.files,
+            files: self.files.get(),
         };
         let panels = &mut self.panels;
         let actions = overlay.draw(window, |context| panels.show(context, &view));

@@ -1,6 +1,5 @@
 //! The window's events as inputs of shaders: the cursor, mouse buttons, the wheel and keys.
 
-use raxel_output::{take_name, write_take};
 use raxel_runtime::inputs::{Inputs, Key};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
@@ -91,32 +90,20 @@ impl Viewer<'_> {
             }
             return;
         }
-        match self.write_take() {
-            Ok(said) => {
-                self.session.stop_recording();
-                self.console.message(&said);
-                self.notice(said);
-            }
-            // It goes on, so that nothing is lost.
-            Err(error) => self.warn(error),
-        }
+        self.write_take();
     }
 
     /// Writes a take that has ended by itself.
     pub(super) fn end_take(&mut self) {
-        if self.session.recording().is_some_and(|(_, ended)| ended.is_some()) {
-            self.record_take();
-            // It cannot be written, which is reported once.
-            self.session.stop_recording();
+        let ended = self.session.recording().is_some_and(|(_, ended)| ended.is_some());
+        // While too many other files are being written, the take waits.
+        if ended && !self.writes_take() && self.writings.has_room() {
+            self.write_take();
+            if !self.writes_take() {
+                // It cannot be written, which is reported once.
+                self.session.stop_recording();
+            }
         }
-    }
-
-    fn write_take(&self) -> Result<String, String> {
-        let name = take_name(self.session.project(), None).map_err(|error| error.message)?;
-        let take = self.session.take(&name).map_err(|error| error.to_string())?;
-        let path = write_take(self.session.project(), &name, &take).map_err(|error| error.message)?;
-        let why = take.ended.map_or(String::new(), |why| format!("; it ended early, since {why}"));
-        Ok(format!("wrote a take of {:.1} s to {path}{why}", take.seconds))
     }
 
     /// Reads the gamepad, for graphs that use it.

@@ -11,6 +11,7 @@ use raxel_workbench::recording::Recorder;
 use raxel_workbench::writes;
 
 use super::Viewer;
+use super::comparing::Coming;
 use super::history::Files;
 
 const _: () = assert!(LARGEST_BRUSH == view::Brush::LARGEST);
@@ -68,12 +69,21 @@ impl Host for Viewer<'_> {
         self.comparing.kept()
     }
 
-    fn keep(&mut self, kept: Option<Kept>) {
-        match kept {
-            Some(kept) => self.comparing.keep(kept),
-            None => self.comparing.forget(),
-        }
+    fn awaits_kept(&mut self) -> u64 {
+        let (number, said) = self.comparing.ask("the program's picture", Coming::Asker);
+        said.into_iter().for_each(|said| self.notice(said));
+        number
+    }
+
+    fn keep(&mut self, kept: Kept, number: u64) -> bool {
         self.touched = true;
+        self.comparing.keep(kept, number)
+    }
+
+    fn forget(&mut self) {
+        self.touched = true;
+        let said = self.comparing.forget();
+        said.into_iter().for_each(|said| self.notice(said));
     }
 
     fn recorder(&mut self) -> (&mut Session, &mut Recorder) {

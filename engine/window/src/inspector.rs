@@ -14,7 +14,6 @@ use super::finding::{Ended, Finding, Wanted};
 use super::numbers::{self, Done, Job, Numberer, Numbers, Taken};
 use super::pins::{Pin, Pins, Pressed};
 use super::texel_history::TexelHistory;
-use super::writing::Whole;
 use super::{locate, panel_data};
 
 /// Shortest time between two copies of something that changes.
@@ -70,11 +69,10 @@ pub struct Inspector {
     map: Option<Map>,
     /// The first row of a buffer that is shown.
     first: u64,
-    /// The whole buffer is to be written to a file when it is there.
-    writing: bool,
-    /// A copy that was asked for, and then one that has come.
-    copying: Option<CopiedFor>,
-    copied: Option<(CopiedFor, Shown)>,
+    /// Copies that were asked for, one for each purpose, then those that have come, and those that cannot come any more.
+    copying: Vec<Wish>,
+    copied: Vec<(CopiedFor, Taken)>,
+    given_up: Vec<(CopiedFor, Shown)>,
     /// Pinned texels.
     pins: Pins,
     /// The active one over passes and frames.
@@ -82,43 +80,63 @@ pub struct Inspector {
     seen: Inspected,
 }
 
-/// The purpose of a copy of the shown target.
+/// The purpose of a copy of the shown resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CopiedFor {
-    /// To be kept, and compared with.
-    Keeping,
+    /// To be kept, and compared with. It has the number of its request.
+    Keeping(u64),
     /// To be measured against the kept picture.
     Measuring,
+    /// To be written as a table: all bytes of a buffer.
+    Table,
 }
 
-/// A copy of the shown target.
-pub struct Copy {
-    /// Its purpose.
-    pub purpose: CopiedFor,
-    /// The copied target.
-    pub shown: Shown,
-    /// Its texels and the way they are shown; `None` of a buffer.
-    pub texels: Option<(Arc<Texels>, Display)>,
+/// A copy that was asked for.
+struct Wish {
+    purpose: CopiedFor,
+    /// What was shown then.
+    shown: Shown,
+    /// The number of the copy that it gets, once a frame has made one.
+    number: Option<u64>,
 }
 
 impl Inspector {
-    /// Asks for a copy of the shown target, for [`Self::copied`].
-    pub fn copy(&mut self, purpose: CopiedFor) {
-        (self.copying, self.stale, self.asked) = (Some(purpose), true, None);
+    /// Asks for a copy that the next frame makes of what is shown, for [`Self::copied`]. A wish of the same kind is given up.
+    pub(crate) fn copy(&mut self, purpose: CopiedFor, shown: Shown) {
+        let same = |wish: &mut Wish| std::mem::discriminant(&wish.purpose) == std::mem::discriminant(&purpose);
+        self.given_up.extend(self.copying.extract_if(.., same).map(|wish| (wish.purpose, wish.shown)));
+        self.copying.push(Wish { purpose, shown, number: None });
+        // A copy on its way is of an earlier frame.
+        (self.on_its_way, self.stale, self.asked) = (None, true, None);
     }
 
     /// Whether a copy was asked for that is not there yet.
     pub(crate) fn is_copying(&self) -> bool {
-        self.copying.is_some()
+        !self.copying.is_empty()
     }
 
-    /// The copy that was asked for, once it is there.
-    pub fn copied(&mut self, graph: &Graph) -> Option<Copy> {
-        let (purpose, shown) = self.copied.take()?;
-        let map = self.map.unwrap_or_else(|| graphs_map(graph, &shown));
-        let display = self.display(graph, map);
-        let texels = self.picture().cloned().map(|texels| (texels, display));
-        Some(Copy { purpose, shown, texels })
+    /// Copies that have come since the last call.
+    pub(crate) fn copied(&mut self) -> Vec<(CopiedFor, Taken)> {
+        std::mem::take(&mut self.copied)
+    }
+
+    /// Copies that do not come, since another resource was shown before a frame could make them.
+    pub(crate) fn given_up(&mut self) -> Vec<(CopiedFor, Shown)> {
+        std::mem::take(&mut self.given_up)
+    }
+
+    /// The way in which texels are shown now.
+    pub(crate) fn display_of(&self, graph: &Graph, shown: &Shown) -> Display {
+        self.display(graph, self.map.unwrap_or_else(|| graphs_map(graph, shown)))
+    }
+
+    /// The buffer whose rows are shown, and its bytes.
+    pub(crate) fn table(&self) -> Option<(Shown, u64)> {
+        let found = self.found.as_ref()?;
+        match &*found.captured {
+            Captured::Bytes { total, .. } => Some((found.shown.clone(), *total)),
+            Captured::Texels(_) => None,
+        }
     }
 
     /// No panel shows it: the known contents are stale from here on, and no texel is followed. The user's own map stays, and undo may change it.
@@ -157,11 +175,11 @@ impl Inspector {
         }
         // The user shows another target: there is nothing to go back to.
         self.finding = None;
+        let too_late = |wish: &mut Wish| wish.number.is_none() && wish.shown != shown;
+        self.given_up.extend(self.copying.extract_if(.., too_late).map(|wish| (wish.purpose, wish.shown)));
         let new = self.of.as_ref() != Some(&shown);
         if new {
             (self.first, self.found) = (0, self.found.take().filter(|found| found.shown == shown));
-            // Another buffer was asked for.
-            self.writing = false;
         }
         let due = self.asked.is_none_or(|asked| asked.elapsed() >= EVERY.max(self.cost * 8));
         if self.on_its_way.is_some() || !(new || (self.stale && due)) {
@@ -182,7 +200,8 @@ impl Inspector {
     /// The bytes of a buffer that are wanted: its head, or the rows that are looked at.
     fn part(&self, session: &Session) -> std::ops::Range<u64> {
         let elements = Elements::of(session.graph(), self.of.as_ref().map_or("", |shown| &shown.resource));
-        let Some(elements) = elements.filter(|_| !self.writing) else { return 0..u64::MAX };
+        let whole = self.copying.iter().any(|wish| wish.purpose == CopiedFor::Table);
+        let Some(elements) = elements.filter(|_| !whole) else { return 0..u64::MAX };
         let end = elements.offset(self.first + ROWS);
         if end <= HEAD { 0..HEAD } else { elements.offset(self.first)..end }
     }
@@ -197,7 +216,12 @@ impl Inspector {
             }
         } else {
             match (session.captured(), self.of.clone()) {
-                (Some(ticket), Some(shown)) => self.on_its_way = Some((shown, ticket)),
+                (Some(ticket), Some(shown)) => {
+                    let number = Some(self.given + 1);
+                    let of_it = |wish: &&mut Wish| wish.number.is_none() && wish.shown == shown;
+                    self.copying.iter_mut().filter(of_it).for_each(|wish| wish.number = number);
+                    self.on_its_way = Some((shown, ticket));
+                }
                 _ => self.stale |= report.displayed || report.dispatched > 0,
             }
         }
@@ -221,8 +245,9 @@ impl Inspector {
             news = true;
             match done {
                 Done::Copy(copy) => {
+                    let wished = self.copying.extract_if(.., |wish| wish.number == Some(copy.number));
+                    self.copied.extend(wished.map(|wish| (wish.purpose, copy.clone())));
                     if self.of.as_ref() == Some(&copy.shown) {
-                        self.copied = self.copying.take().map(|purpose| (purpose, copy.shown.clone()));
                         self.found = Some(copy);
                     }
                     continue;
@@ -232,7 +257,10 @@ impl Inspector {
                     self.numbers = Some(numbers);
                 }
                 // The next frame reopens the device and asks again.
-                Done::Lost => self.stale = true,
+                Done::Lost => {
+                    self.stale = true;
+                    self.copying.iter_mut().for_each(|wish| wish.number = None);
+                }
                 Done::Looked(looked) => {
                     if let Some(ended) = self.finding.as_mut().and_then(|finding| finding.looked(looked)) {
                         self.end(session, ended);
@@ -379,23 +407,6 @@ impl Inspector {
     /// Rows of a buffer from here on.
     pub fn rows(&mut self, first: u64) {
         (self.first, self.stale, self.asked) = (first, true, None);
-    }
-
-    /// Asks for the whole buffer, for [`Self::whole`].
-    pub fn write(&mut self) {
-        (self.writing, self.stale, self.asked) = (true, true, None);
-    }
-
-    /// The whole buffer, once it is there after [`Self::write`].
-    pub fn whole(&mut self, graph: &Graph) -> Option<Whole> {
-        let found = self.found.as_ref().filter(|_| self.writing)?;
-        let Captured::Bytes { start: 0, total, bytes } = &*found.captured else { return None };
-        if (bytes.len() as u64) < *total & !3 {
-            return None;
-        }
-        self.writing = false;
-        let elements = Elements::of(graph, &found.shown.resource)?;
-        Some(Whole { name: found.shown.resource.clone(), elements, captured: found.captured.clone() })
     }
 
     /// The channel and range that a map reads, automatic ones found from the percentiles.
@@ -551,6 +562,7 @@ mod tests {
     use raxel_shader::format::Format;
 
     use super::*;
+    use crate::panel_data::tests::{FILL, eventually, open};
 
     #[test]
     fn the_texel_under_a_pixel_is_exact() {
@@ -599,5 +611,55 @@ mod tests {
         assert_eq!(press(&mut inspector, Some([32, 61])), Pressed::Unpinned);
         assert_eq!(press(&mut inspector, Some([61, 5])), Pressed::Unpinned, "anywhere in its texel");
         assert_eq!(pinned(&inspector), [[0, 1]]);
+    }
+
+    const TWO: &str = "name = \"two\"\npresent = \"a\"\n[targets.a]\nformat = \"r32f\"\nsize = [8, 8]\n\
+        [targets.b]\nformat = \"r32f\"\nsize = [8, 8]\n\
+        [[passes]]\nname = \"first\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n\
+        [[passes]]\nname = \"second\"\nshader = \"fill.comp\"\ndispatch = { threads = \"b\" }\nbind = { c = \"b\" }\n";
+
+    #[test]
+    fn a_copy_is_of_what_was_shown_when_it_was_asked_for_or_is_given_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = open(&folder, &[("graphs/two.toml", TWO), ("shaders/fill.comp", FILL)]);
+        let mut inspector = Inspector::default();
+        let frame = |inspector: &mut Inspector, session: &mut Session| {
+            inspector.ask(session);
+            let report = session.frame().unwrap();
+            session.wait().unwrap();
+            inspector.take(session, &report);
+        };
+        let shown = |session: &Session| panel_data::shown(session.debug_target(), session.graph());
+        for (target, other) in [("a,after=first", "b"), ("b,after=second", "a")] {
+            session.set_debug_target_text(target).unwrap();
+            frame(&mut inspector, &mut session);
+            // A frame has copied it when another target is shown.
+            let asked = shown(&session);
+            inspector.copy(CopiedFor::Keeping(1), asked.clone());
+            frame(&mut inspector, &mut session);
+            session.set_debug_target_text(other).unwrap();
+            let copied = eventually(|| {
+                frame(&mut inspector, &mut session);
+                Some(inspector.copied()).filter(|copied| !copied.is_empty())
+            });
+            assert_eq!((copied.len(), copied[0].0, &copied[0].1.shown), (1, CopiedFor::Keeping(1), &asked));
+            assert!(inspector.given_up().is_empty() && !inspector.is_copying());
+            // No frame can copy it any more.
+            session.set_debug_target_text(target).unwrap();
+            inspector.copy(CopiedFor::Table, shown(&session));
+            session.set_debug_target_text(other).unwrap();
+            frame(&mut inspector, &mut session);
+            assert_eq!(inspector.given_up(), [(CopiedFor::Table, asked.clone())]);
+            // Another one of the same kind takes its place.
+            for number in [2, 3] {
+                inspector.copy(CopiedFor::Keeping(number), shown(&session));
+            }
+            assert_eq!(inspector.given_up(), [(CopiedFor::Keeping(2), shown(&session))]);
+            let copied = eventually(|| {
+                frame(&mut inspector, &mut session);
+                Some(inspector.copied()).filter(|copied| !copied.is_empty())
+            });
+            assert_eq!(copied.iter().map(|(purpose, _)| *purpose).collect::<Vec<_>>(), [CopiedFor::Keeping(3)]);
+        }
     }
 }

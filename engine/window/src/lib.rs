@@ -50,7 +50,7 @@ use raxel_diagnostics::Severity;
 use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
 use raxel_graph::checked::Value;
-use raxel_panels::view::{Brush, Busy, Problem, ProjectFile};
+use raxel_panels::view::{Brush, Busy, Problem};
 use raxel_panels::{Layout, Panels};
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
@@ -80,6 +80,7 @@ use self::microphone::Capture;
 use self::panel_data::PanelData;
 use self::presenting::{Open, Pictures, Refusals};
 use self::reload_log::ReloadLog;
+use self::switching::Files;
 use self::title::Title;
 use self::writing::Writings;
 use raxel_control::{Control, Drive};
@@ -245,7 +246,7 @@ struct Viewer<'a> {
     writings: Writings,
     problems: Vec<Problem>,
     /// Files of the project, as they were listed last.
-    files: Vec<ProjectFile>,
+    files: Files,
     printed: PrintLog,
     /// Said in the bar until then.
     notice: Option<(String, Instant)>,
@@ -437,7 +438,7 @@ impl<'a> Viewer<'a> {
             home: *session.camera(),
             flown: Instant::now(),
             problems: Vec::new(),
-            files: Vec::new(),
+            files: Files::default(),
             printed: PrintLog::default(),
             layout_file: LayoutFile::of(session.project().root()),
             presets: Presets::of(session.project().root()),
@@ -517,7 +518,7 @@ impl<'a> Viewer<'a> {
     /// Says how it went.
     fn finish(mut self) -> Result {
         self.look_at_log();
-        self.report_written(true);
+        self.finish_writing();
         let unmended = self.session.is_waiting();
         if !unmended {
             self.keep_layout(LayoutFile::write);

@@ -1,12 +1,15 @@
 //! Zoom and comparison, from keys, mouse and panels.
 
+use raxel_execute::{Captured, ReadTicket, Texels};
+use raxel_graph::checked::ResourceKind;
 use raxel_panels::view::{CompareMode, Magnified, Shown};
 use raxel_panels::{Action, Panel};
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_workbench::kept::Kept;
 use winit::keyboard::ModifiersState;
 
-use super::inspector::{CopiedFor, Copy};
+use super::comparing::{Coming, kept_message};
+use super::inspector::CopiedFor;
 use super::magnifier::Extents;
 use super::{Viewer, panel_data};
 
@@ -117,15 +120,23 @@ impl Viewer<'_> {
     pub(super) fn compare(&mut self, action: Action) {
         self.touched = true;
         match action {
-            Action::Keep => self.inspector.copy(CopiedFor::Keeping),
+            Action::Keep => self.keep_shown(),
             Action::KeepLive => {
                 let target = DebugTarget { after: None, ..self.session.debug_target().clone() };
                 let named = if target.resource.is_empty() { DebugTarget::resource(self.target()) } else { target };
                 self.notice(format!("compares with {named} as it goes on: show another target; X goes through ways"));
-                self.comparing.keep(Kept::live(named));
+                let (number, said) = self.comparing.ask(&named.to_string(), Coming::Asker);
+                said.into_iter().for_each(|said| self.notice(said));
+                self.comparing.keep(Kept::live(named), number);
             }
-            Action::KeepFile(path) => self.comparing.load(&self.session.project().root().join(&path), &path),
-            Action::ForgetKept => self.comparing.forget(),
+            Action::KeepFile(path) => {
+                let said = self.comparing.load(&self.session.project().root().join(&path), &path);
+                said.into_iter().for_each(|said| self.notice(said));
+            }
+            Action::ForgetKept => {
+                let said = self.comparing.forget();
+                said.into_iter().for_each(|said| self.notice(said));
+            }
             Action::CompareMode(mode) => self.comparing.set_mode(mode),
             Action::Flip if self.comparing.is_on() => self.comparing.flip(),
             Action::Gain(gain) => self.comparing.set_gain(gain),
@@ -134,7 +145,7 @@ impl Viewer<'_> {
                 let shown = self.shown();
                 let (name, shown) = (self.name_of_copy(&shown), panel_data::debug_target(&shown));
                 if !self.comparing.measure_live(&mut self.session, &name, &shown) {
-                    self.inspector.copy(CopiedFor::Measuring);
+                    self.measure_shown(&name);
                 }
             }
             _ => self.notice("B keeps the shown picture, to compare with it".to_owned()),
@@ -158,20 +169,94 @@ impl Viewer<'_> {
         format!("{}, generation {}", panel_data::debug_target(shown), self.reloads.shown)
     }
 
-    /// After a frame: takes a copy that was asked for.
-    pub(super) fn take_copy(&mut self) {
-        let Some(Copy { purpose, shown, texels }) = self.inspector.copied(self.session.graph()) else { return };
-        let Some((texels, display)) = texels else {
-            self.comparing.give_up_figures();
-            return self.notice(format!("`{}` is a buffer: only pictures of targets are compared", shown.resource));
-        };
+    /// Keeps what is shown now, whatever is shown when the copy of it is there.
+    fn keep_shown(&mut self) {
+        let shown = self.shown();
+        if self.is_buffer(&shown) {
+            return self.notice(no_picture(&shown));
+        }
         let name = self.name_of_copy(&shown);
-        match purpose {
-            CopiedFor::Keeping => {
-                self.comparing.keep(Kept::copy(&name, texels));
-                self.notice(format!("kept {name}; X goes through ways of comparing, V shows it alone"));
+        let ticket = self.request_shown(&shown);
+        let in_frame = ticket.is_none();
+        let (number, said) = self.comparing.ask(&name, ticket.map_or(Coming::Asker, Coming::Copy));
+        if in_frame {
+            self.inspector.copy(CopiedFor::Keeping(number), shown);
+        }
+        said.into_iter().for_each(|said| self.notice(said));
+    }
+
+    /// Measures what is shown now against the kept picture.
+    fn measure_shown(&mut self, name: &str) {
+        let shown = self.shown();
+        if self.is_buffer(&shown) {
+            return self.comparing.give_up_figures("a buffer is shown");
+        }
+        match self.request_shown(&shown) {
+            Some(ticket) => {
+                let display = self.inspector.display_of(self.session.graph(), &shown);
+                self.comparing.measure_copy(name, ticket, display);
             }
-            CopiedFor::Measuring => self.comparing.measure(&name, texels, display),
+            None => self.inspector.copy(CopiedFor::Measuring, shown),
         }
     }
+
+    fn is_buffer(&self, shown: &Shown) -> bool {
+        let graph = self.session.graph();
+        let found = graph.find_resource(&shown.resource).map(|id| &graph.resource(id).kind);
+        matches!(found, Some(ResourceKind::Buffer(_)))
+    }
+
+    /// A copy of a target as the last frame left it. `None` if the next frame has to make it: within a frame, or of a target that did not run yet.
+    fn request_shown(&mut self, shown: &Shown) -> Option<ReadTicket<Texels>> {
+        let Shown { resource, age, mip, layer, after } = shown;
+        if after.is_some() {
+            return None;
+        }
+        self.session.request_texels(resource, *age, *mip, *layer).ok()
+    }
+
+    /// After a frame: takes the copies that it was asked for.
+    pub(super) fn take_copies(&mut self) {
+        for (purpose, copy) in self.inspector.copied() {
+            let name = self.name_of_copy(&copy.shown);
+            let texels = match &*copy.captured {
+                Captured::Texels(texels) => Some(texels.clone()),
+                Captured::Bytes { .. } => None,
+            };
+            match (purpose, texels) {
+                (CopiedFor::Table, _) => self.write_copied(&copy.shown, copy.captured),
+                (CopiedFor::Keeping(number), Some(texels)) => {
+                    let kept = Kept::copy(&name, texels);
+                    let said = kept_message(&kept.name);
+                    if self.comparing.keep(kept, number) {
+                        self.notice(said);
+                    }
+                }
+                (CopiedFor::Measuring, Some(texels)) => {
+                    let display = self.inspector.display_of(self.session.graph(), &copy.shown);
+                    self.comparing.measure(&name, texels, display);
+                }
+                (CopiedFor::Keeping(_) | CopiedFor::Measuring, None) => {
+                    self.comparing.give_up_figures("a buffer is shown");
+                    self.notice(no_picture(&copy.shown));
+                }
+            }
+        }
+        for (purpose, shown) in self.inspector.given_up() {
+            let why = "another resource was shown before a frame could copy it";
+            let said = match purpose {
+                CopiedFor::Keeping(number) => self.comparing.give_up_number(number, why),
+                CopiedFor::Measuring => {
+                    self.comparing.give_up_figures(why);
+                    None
+                }
+                CopiedFor::Table => Some(format!("{}.csv is not written: {why}", shown.resource)),
+            };
+            said.into_iter().for_each(|said| self.warn(said));
+        }
+    }
+}
+
+fn no_picture(shown: &Shown) -> String {
+    format!("`{}` is a buffer: only pictures of targets are compared", shown.resource)
 }

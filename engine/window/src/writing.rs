@@ -1,42 +1,101 @@
 //! Files that the window writes beside its frames, each by a thread of its own: the text of a large buffer or the coding of a large picture takes
 //! longer than a frame may.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
-use raxel_execute::Captured;
-use raxel_output::{Pending, Table, shown};
+use raxel_execute::{Captured, Progress, ReadTicket};
+use raxel_output::{Pending, Table, shown, take_name, write_take};
+use raxel_panels::view::Shown;
+use raxel_runtime::ReadError;
+use raxel_runtime::project::Project;
+use raxel_runtime::session::TakeSoFar;
 use raxel_terminal::failure::{Exit, Failure, Result};
 
-use super::Viewer;
 use super::elements::Elements;
+use super::inspector::CopiedFor;
+use super::{SLICE, Viewer};
 
-/// A copy of a whole buffer.
-pub struct Whole {
-    /// Its name.
-    pub(super) name: String,
-    pub(super) elements: Elements,
-    pub(super) captured: Arc<Captured>,
+/// Most files that are being written at once. Each holds its contents in memory.
+const MOST: usize = 8;
+
+/// Time between two looks at a copy that a thread waits for.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// How long the end of the window waits for files before it says so.
+const QUIETLY: Duration = Duration::from_secs(2);
+
+/// How long it waits for a device that works on something else.
+const DEVICE: Duration = Duration::from_secs(8);
+
+/// A whole buffer as a table.
+struct Whole {
+    elements: Elements,
+    bytes: Vec<u8>,
 }
 
 /// The files that are being written.
 #[derive(Default)]
-pub(super) struct Writings(Vec<Writing>);
+pub(super) struct Writings {
+    running: Vec<Writing>,
+    /// Files that have no contents yet. Only threads look at them: to look whether a file exists may take long.
+    places: Arc<Mutex<BTreeSet<PathBuf>>>,
+}
 
 struct Writing {
+    what: String,
+    thread: JoinHandle<Result<Written>>,
+}
+
+/// Something that was written.
+#[derive(Debug, PartialEq, Eq)]
+enum Written {
+    File(PathBuf),
+    /// A take, in words.
+    Take(String),
+}
+
+/// The place of a file that will be written.
+struct Place {
     path: PathBuf,
-    thread: JoinHandle<Result>,
+    places: Arc<Mutex<BTreeSet<PathBuf>>>,
+}
+
+impl Place {
+    /// A file of this name and extension in the current folder that does not exist yet, and that no other thread writes.
+    fn free(name: &str, extension: &str, places: &Arc<Mutex<BTreeSet<PathBuf>>>) -> Self {
+        let plain = |c: char| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' };
+        let name: String = name.chars().map(plain).collect();
+        let numbered = |n| if n == 1 { format!("{name}.{extension}") } else { format!("{name}-{n}.{extension}") };
+        let mut taken = lock(places);
+        let is_free = |path: &PathBuf| !path.exists() && !taken.contains(path);
+        let path = (1..10_000).map(numbered).map(PathBuf::from).find(is_free).unwrap_or_default();
+        taken.insert(path.clone());
+        Self { path, places: places.clone() }
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        lock(&self.places).remove(&self.path);
+    }
+}
+
+fn lock(places: &Mutex<BTreeSet<PathBuf>>) -> MutexGuard<'_, BTreeSet<PathBuf>> {
+    // The set is whole after every operation.
+    places.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Whole {
     /// Writes the buffer as CSV, with a row for each element.
     fn write(&self, path: &Path) -> Result {
-        let Captured::Bytes { total, bytes, .. } = &*self.captured else { return Ok(()) };
         let names = self.elements.names();
         let mut table = Table::new(names.iter().map(String::as_str).collect::<Vec<_>>().iter())?;
-        for row in 0..self.elements.count(*total) {
-            table.row(self.elements.row(bytes, 0, row).into_iter())?;
+        for row in 0..self.elements.count(self.bytes.len() as u64) {
+            table.row(self.elements.row(&self.bytes, 0, row).into_iter())?;
         }
         Ok(Pending::new(path)?.finish(&table.finish()?)?)
     }
@@ -44,65 +103,192 @@ impl Whole {
 
 impl Writings {
     /// Writes a file of this name and extension in the current folder that does not exist yet.
-    pub(crate) fn write(&mut self, name: &str, extension: &str, write: impl FnOnce(&Path) -> Result + Send + 'static) {
-        let path = free(name, extension, |path| self.0.iter().any(|writing| writing.path == path));
-        let to = path.clone();
-        self.0.push(Writing { path, thread: thread::spawn(move || write(&to)) });
+    ///
+    /// # Errors
+    /// Too many are being written, in one line.
+    fn write(
+        &mut self,
+        name: &str,
+        extension: &'static str,
+        write: impl FnOnce(&Path) -> Result + Send + 'static,
+    ) -> std::result::Result<(), String> {
+        let (named, places) = (name.to_owned(), self.places.clone());
+        self.begin(format!("{name}.{extension}"), move || {
+            let place = Place::free(&named, extension, &places);
+            write(&place.path)?;
+            Ok(Written::File(place.path.clone()))
+        })
     }
 
-    /// The files that are done; with `all`, waits for the others.
-    fn done(&mut self, all: bool) -> Vec<(PathBuf, Result)> {
-        let ended = self.0.extract_if(.., |writing| all || writing.thread.is_finished());
-        let result = |Writing { path, thread }| {
+    /// Whether one more file can be written.
+    pub fn has_room(&self) -> bool {
+        self.running.len() < MOST
+    }
+
+    fn begin(
+        &mut self,
+        what: String,
+        write: impl FnOnce() -> Result<Written> + Send + 'static,
+    ) -> std::result::Result<(), String> {
+        if !self.has_room() {
+            return Err(format!("{what} is not written: {MOST} other files are being written"));
+        }
+        self.running.push(Writing { what, thread: thread::spawn(write) });
+        Ok(())
+    }
+
+    /// The files that are done.
+    fn done(&mut self) -> Vec<Result<Written>> {
+        let ended = self.running.extract_if(.., |writing| writing.thread.is_finished());
+        let result = |Writing { what, thread }| {
             // A panic of the thread was shown when it happened.
-            let lost = |_| Err(Failure::new(Exit::Usage, format!("`{}` was not written", shown(&path))));
-            let result = thread.join().unwrap_or_else(lost);
-            (path, result)
+            let lost = |_| Err(Failure::new(Exit::Usage, format!("`{what}` was not written")));
+            thread.join().unwrap_or_else(lost)
         };
         ended.map(result).collect()
     }
 }
 
-impl Viewer<'_> {
-    /// Writes the buffer that was asked for, once it is there.
-    pub(super) fn write_table(&mut self) {
-        if let Some(whole) = self.inspector.whole(self.session.graph()) {
-            let name = whole.name.clone();
-            self.writings.write(&name, "csv", move |path| whole.write(path));
+/// A copy, once it has come. A thread that writes it waits here.
+fn awaited<T>(ticket: &ReadTicket<T>) -> Result<T> {
+    loop {
+        match ticket.poll() {
+            Ok(Some(copy)) => return Ok(copy),
+            Ok(None) => thread::sleep(LOOK),
+            Err(error) => return Err(ReadError::from(error).into()),
         }
+    }
+}
+
+/// Writes a take as a demo of its project. Returns a message.
+fn written(project: &Project, take: &TakeSoFar) -> Result<String> {
+    let name = take_name(project, None)?;
+    let take = take.finish(&name).map_err(|error| Failure::new(Exit::Usage, error.to_string()))?;
+    let path = write_take(project, &name, &take)?;
+    let why = take.ended.map_or(String::new(), |why| format!("; it ended early, since {why}"));
+    Ok(format!("wrote a take of {:.1} s to {path}{why}", take.seconds))
+}
+
+impl Viewer<'_> {
+    /// Writes the buffer whose rows are shown as CSV, as the last frame left it.
+    pub(super) fn write_table(&mut self) {
+        let Some((shown, total)) = self.inspector.table() else { return };
+        // A copy within a frame has to be made by the next one.
+        let at_end = shown.after.is_none() && shown.age == 0;
+        match at_end.then(|| self.session.request_buffer(&shown.resource, 0..total)) {
+            Some(Ok(ticket)) => self.write_bytes(&shown, move || awaited(&ticket)),
+            Some(Err(_)) | None => self.inspector.copy(CopiedFor::Table, shown),
+        }
+    }
+
+    /// Writes a copy of a whole buffer that a frame has made.
+    pub(super) fn write_copied(&mut self, shown: &Shown, copy: Arc<Captured>) {
+        self.write_bytes(shown, move || match &*copy {
+            Captured::Bytes { bytes, .. } => Ok(bytes.clone()),
+            Captured::Texels(_) => Ok(Vec::new()),
+        });
+    }
+
+    fn write_bytes(&mut self, shown: &Shown, bytes: impl FnOnce() -> Result<Vec<u8>> + Send + 'static) {
+        let name = &shown.resource;
+        let Some(elements) = Elements::of(self.session.graph(), name) else {
+            return self.warn(format!("{name}.csv is not written: the graph has no such buffer any more"));
+        };
+        let begun = self.writings.write(name, "csv", move |path| Whole { elements, bytes: bytes()? }.write(path));
+        self.said(begun);
     }
 
     /// Writes the shown target as PNG.
     pub(super) fn screenshot(&mut self) -> Result {
-        let picture = self.session.read_presented()?;
+        let ticket = self.session.request_picture()?;
         let frame = self.session.clock().now().map_or(0, |time| time.index);
         let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
-        self.writings.write(&name, "png", move |path| Ok(raxel_output::write_picture(Pending::new(path)?, &picture)?));
+        let write = move |path: &Path| Ok(raxel_output::write_picture(Pending::new(path)?, &awaited(&ticket)?)?);
+        let begun = self.writings.write(&name, "png", write);
+        self.said(begun);
         Ok(())
     }
 
-    /// Reports the files that are written; with `all`, waits for the others.
-    pub(super) fn report_written(&mut self, all: bool) {
-        for (path, result) in self.writings.done(all) {
-            match result {
-                Ok(()) => {
-                    self.console.message(&format!("wrote {}", shown(&path)));
-                    self.notice(format!("wrote {}", shown(&path)));
-                }
-                Err(failure) => self.console.failure(&failure),
+    /// Writes the take so far. The recording goes on until the file is there: if it cannot be written, nothing is lost.
+    pub(super) fn write_take(&mut self) {
+        if self.writes_take() {
+            return self.notice("the take is being written".to_owned());
+        }
+        match self.session.take_so_far() {
+            Ok(take) => {
+                let project = self.session.project().clone();
+                let begun = self.writings.begin(TAKE.to_owned(), move || written(&project, &take).map(Written::Take));
+                self.said(begun);
             }
+            Err(error) => self.warn(error.to_string()),
+        }
+    }
+
+    /// Whether a take is being written.
+    pub(super) fn writes_take(&self) -> bool {
+        self.writings.running.iter().any(|writing| writing.what == TAKE)
+    }
+
+    /// Reports the files that are written.
+    pub(super) fn report_written(&mut self) {
+        let took = self.writes_take();
+        let all = self.writings.done();
+        let failed = took && !self.writes_take() && !all.iter().any(|done| matches!(done, Ok(Written::Take(_))));
+        for done in all {
+            match done {
+                Ok(Written::File(path)) => self.say(format!("wrote {}", shown(&path))),
+                Ok(Written::Take(said)) => {
+                    self.session.stop_recording();
+                    self.say(said);
+                }
+                Err(failure) => {
+                    self.notice(failure.message.clone().unwrap_or_default());
+                    self.console.failure(&failure);
+                }
+            }
+        }
+        if failed && self.session.recording().is_some_and(|(_, ended)| ended.is_some()) {
+            // It was reported once, and would be written again in each frame.
+            self.session.stop_recording();
+        }
+    }
+
+    /// Says something on the terminal and in the bar.
+    fn say(&mut self, text: String) {
+        self.console.message(&text);
+        self.notice(text);
+    }
+
+    /// At the end: waits for the files that are being written.
+    pub(super) fn finish_writing(&mut self) {
+        let (began, mut told, mut abandoned) = (Instant::now(), false, false);
+        loop {
+            self.report_written();
+            let mut control = self.control.take();
+            let is_writing = control.as_mut().is_some_and(|control| control.is_writing(self));
+            self.control = control;
+            if !is_writing && self.writings.running.is_empty() {
+                return;
+            }
+            if !told && began.elapsed() > QUIETLY {
+                told = true;
+                let names: Vec<&str> = self.writings.running.iter().map(|writing| writing.what.as_str()).collect();
+                let names = if names.is_empty() { "the program's file".to_owned() } else { names.join(", ") };
+                self.console.message(&format!("waits until {names} is written; Ctrl+C gives it up"));
+            }
+            let works = !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done));
+            if works && !abandoned && began.elapsed() > DEVICE {
+                // Copies that it has not made are reported as lost.
+                self.session.abandon_device();
+                abandoned = true;
+            }
+            thread::sleep(LOOK);
         }
     }
 }
 
-/// A file of that name and extension in the current folder that does not exist yet, and that is not taken.
-fn free(name: &str, extension: &str, taken: impl Fn(&Path) -> bool) -> PathBuf {
-    let plain = |c: char| if c.is_alphanumeric() || "-_@".contains(c) { c } else { '_' };
-    let name: String = name.chars().map(plain).collect();
-    let numbered = |n| if n == 1 { format!("{name}.{extension}") } else { format!("{name}-{n}.{extension}") };
-    let is_free = |path: &PathBuf| !path.exists() && !taken(path);
-    (1..10_000).map(numbered).map(PathBuf::from).find(is_free).unwrap_or_default()
-}
+/// A take, among the files that are being written.
+const TAKE: &str = "the take";
 
 #[cfg(test)]
 mod tests {
@@ -110,9 +296,7 @@ mod tests {
 
     /// A buffer of this many words.
     fn words(count: u32) -> Whole {
-        let bytes: Vec<u8> = (0..count).flat_map(u32::to_le_bytes).collect();
-        let captured = Captured::Bytes { start: 0, total: bytes.len() as u64, bytes }.into();
-        Whole { name: "words".to_owned(), elements: Elements::of_words(4), captured }
+        Whole { elements: Elements::of_words(4), bytes: (0..count).flat_map(u32::to_le_bytes).collect() }
     }
 
     #[test]
@@ -124,16 +308,39 @@ mod tests {
         assert!(words(3).write(&folder.path().join("none/a.csv")).is_err());
     }
 
+    /// The disk of the test is as slow as a gate is closed.
     #[test]
-    fn a_file_that_is_being_written_is_waited_for_at_the_end_alone() {
-        let (go, gate) = std::sync::mpsc::channel();
-        let thread = thread::spawn(move || {
-            let _ = gate.recv();
-            Ok(())
-        });
-        let mut writings = Writings(vec![Writing { path: "a.csv".into(), thread }]);
-        assert_eq!(writings.done(false), []);
-        go.send(()).unwrap();
-        assert_eq!(writings.done(true), [(PathBuf::from("a.csv"), Ok(()))]);
+    fn files_on_a_slow_disk_are_not_waited_for_and_there_are_not_too_many() {
+        let (go, gate) = std::sync::mpsc::channel::<()>();
+        let gate = Arc::new(Mutex::new(gate));
+        let mut writings = Writings::default();
+        for _ in 0..MOST {
+            let gate = gate.clone();
+            let begun = writings.write("a picture", "png", move |_| {
+                let _ = gate.lock().map(|gate| gate.recv());
+                Ok(())
+            });
+            assert_eq!(begun, Ok(()));
+        }
+        let refused = writings.write("b", "csv", |_| Ok(())).unwrap_err();
+        assert_eq!(refused, "b.csv is not written: 8 other files are being written");
+        assert_eq!(writings.done(), []);
+        while lock(&writings.places).len() < MOST {
+            thread::sleep(LOOK);
+        }
+        (0..MOST).for_each(|_| go.send(()).unwrap());
+        let mut all = Vec::new();
+        while all.len() < MOST {
+            all.extend(writings.done());
+        }
+        let paths: BTreeSet<PathBuf> = all
+            .into_iter()
+            .map(|done| match done {
+                Ok(Written::File(path)) => path,
+                other => panic!("{other:?}"),
+            })
+            .collect();
+        assert!(paths.len() == MOST && paths.contains(Path::new("a_picture.png")), "each has its own name: {paths:?}");
+        assert!(lock(&writings.places).is_empty());
     }
 }

@@ -2,6 +2,7 @@
 
 use raxel_diagnostics::names::closest;
 use raxel_runtime::Session;
+use raxel_runtime::project::Project;
 use raxel_runtime::reload::ProjectFile;
 
 /// A file that can be opened in place of what runs.
@@ -24,31 +25,51 @@ impl Openable {
     }
 }
 
-/// The demos, worlds and graphs of a session's project.
-pub fn list(session: &Session) -> Vec<Openable> {
-    let demo = session.demo().map(|demo| demo.file.as_str());
-    let world = session.world().path.as_deref();
-    let openable = |file: ProjectFile| {
-        let runs = match &file {
-            ProjectFile::Demo(path) => demo == Some(path),
-            ProjectFile::World(path) => world == Some(path),
-            ProjectFile::Graph(path) => session.graph_path() == path,
-        };
-        Openable { file, runs }
-    };
-    session.project().every_file().into_iter().map(openable).collect()
+/// Lists the demos, worlds and graphs of a project. That reads folders, which may take longer than a frame, so another thread may do it.
+#[derive(Clone, Debug)]
+pub struct Lister {
+    project: Project,
+    /// Those that run.
+    demo: Option<String>,
+    world: Option<String>,
+    graph: String,
 }
 
-/// The file at a project path.
-///
-/// # Errors
-/// The list has no such file: with the one that is named most like it.
-pub fn find(session: &Session, path: &str) -> Result<ProjectFile, String> {
-    let mut all = session.project().every_file();
-    if let Some(at) = all.iter().position(|file| file.path() == path) {
-        return Ok(all.swap_remove(at));
+impl Lister {
+    /// Of the project of a session, and of what runs now.
+    pub fn of(session: &Session) -> Self {
+        Self {
+            project: session.project().clone(),
+            demo: session.demo().map(|demo| demo.file.clone()),
+            world: session.world().path.clone(),
+            graph: session.graph_path().to_owned(),
+        }
     }
-    let like = closest(path, all.iter().map(ProjectFile::path));
-    let like = like.map_or_else(String::new, |like| format!("; did you mean `{like}`?"));
-    Err(format!("the project has no graph, world or demo `{path}`{like}"))
+
+    /// All of them, as the folders have them now.
+    pub fn list(&self) -> Vec<Openable> {
+        let openable = |file: ProjectFile| {
+            let runs = match &file {
+                ProjectFile::Demo(path) => self.demo.as_ref() == Some(path),
+                ProjectFile::World(path) => self.world.as_ref() == Some(path),
+                ProjectFile::Graph(path) => self.graph == *path,
+            };
+            Openable { file, runs }
+        };
+        self.project.every_file().into_iter().map(openable).collect()
+    }
+
+    /// The file at a project path.
+    ///
+    /// # Errors
+    /// The list has no such file: with the one that is named most like it.
+    pub fn find(&self, path: &str) -> Result<ProjectFile, String> {
+        let mut all = self.project.every_file();
+        if let Some(at) = all.iter().position(|file| file.path() == path) {
+            return Ok(all.swap_remove(at));
+        }
+        let like = closest(path, all.iter().map(ProjectFile::path));
+        let like = like.map_or_else(String::new, |like| format!("; did you mean `{like}`?"));
+        Err(format!("the project has no graph, world or demo `{path}`{like}"))
+    }
 }

@@ -4,8 +4,8 @@ use egui_kittest::kittest::Queryable as _;
 use raxel_panels::view::{Brush, Effect, Loading, Shape, Shown, Use, WorldExtent};
 use raxel_panels::{Action, Panel};
 
-use crate::click;
 use crate::window::Window;
+use crate::{click, texts};
 
 #[test]
 fn the_frame_says_how_the_world_does() {
@@ -107,6 +107,13 @@ fn the_camera_goes_home_and_to_the_places_of_the_world() {
     field.type_text("north roof");
     harness.run_steps(4);
     assert_eq!(click(&mut harness, "Write to world"), [], "a key of TOML has no spaces");
+}
+
+#[test]
+fn values_of_the_world_end_within_a_narrow_panel() {
+    let harness = Window::new(&[Panel::World]).harness(1000.0, 720.0);
+    let bounds = texts(&harness, "[-64, 0, -64] to [64, 128, 64]");
+    assert!(bounds.len() == 1 && bounds[0].right() <= 1000.0, "{bounds:?}");
 }
 
 #[test]

@@ -56,6 +56,38 @@ fn a_target_in_the_picture_of_a_graph_has_a_thumbnail() {
     assert_eq!(textures(&harness), 0, "a closed panel has none");
 }
 
+/// In a low dock, all of a graph is too small for its names: it opens around the shown target, and a double click shows all.
+#[test]
+fn a_large_graph_opens_where_its_names_can_be_read() {
+    let mut window = Window::new(&[Panel::Graph]);
+    let resources = std::mem::take(&mut window.resources);
+    window.resources = (0..12)
+        .flat_map(|copy| {
+            resources.iter().map(move |resource| {
+                let name = if copy == 0 { resource.name.clone() } else { format!("{}-{copy}", resource.name) };
+                raxel_panels::view::Resource { name, ..resource.clone() }
+            })
+        })
+        .collect();
+    // Two clicks of a double click are close to each other.
+    window.panels.whole = true;
+    let builder = Harness::builder().with_size(Vec2::new(1280.0, 400.0)).with_step_dt(1.0 / 60.0);
+    let mut harness = builder.build_state(|ctx, window: &mut Window| window.draw(ctx), window);
+    harness.run_steps(3);
+    let node = |harness: &Harness<'_, Window>| harness.get_by_label("color as shade leaves it").rect();
+    let first = node(&harness);
+    // As it is drawn, the node has 116 × 22 points.
+    assert!(first.width() > 116.0 * 0.69 && first.height() > 22.0 * 0.69, "{first}");
+    let ground = egui::pos2(640.0, 390.0);
+    for _ in 0..2 {
+        harness.drag_at(ground);
+        harness.drop_at(ground);
+    }
+    harness.run_steps(8);
+    let whole = node(&harness);
+    assert!(whole.width() < first.width() * 0.8, "{first} {whole}");
+}
+
 #[test]
 fn the_picture_of_a_graph_follows_a_drag_and_zooms_at_the_pointer() {
     let mut harness = Window::new(&[Panel::Graph]).harness(1280.0, 720.0);

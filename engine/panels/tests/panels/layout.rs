@@ -218,3 +218,18 @@ fn the_picture_is_under_the_panels_or_beside_them() {
     harness.run_steps(2);
     assert_eq!(picture(&harness), whole, "nothing is drawn");
 }
+
+/// One line of a bar is short: a notice may be longer, and a button stands behind it.
+#[test]
+fn a_notice_that_has_no_room_in_the_bar_is_whole_below_it() {
+    for (width, is_in_bar) in [(1600.0, true), (900.0, false), (400.0, false)] {
+        let mut window = Window::new(&[]);
+        let notice = "kept color, 640 × 360; X goes through ways of comparing, V shows it alone";
+        window.status.notice = Some(notice.to_owned());
+        let harness = window.harness(width, 400.0);
+        let seen = texts(&harness, notice);
+        assert_eq!(seen.len(), 1, "at {width}");
+        assert!(seen[0].left() >= 0.0 && seen[0].right() <= width, "{} at {width}", seen[0]);
+        assert_eq!(seen[0].top() < 20.0, is_in_bar, "{} at {width}", seen[0]);
+    }
+}

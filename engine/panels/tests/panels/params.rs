@@ -100,6 +100,15 @@ fn a_narrow_panel_of_params_leaves_labels_whole() {
     assert!((width(200.0) - width(600.0)).abs() < 1.0, "{} {}", width(200.0), width(600.0));
 }
 
+#[test]
+fn buttons_beside_fields_end_within_a_narrow_panel() {
+    let harness = Window::new(&[Panel::Params, Panel::World]).harness(1000.0, 900.0);
+    for button in ["Keep values", "Write to world"] {
+        let rect = harness.get_by_label(button).rect();
+        assert!(rect.right() <= 1000.0, "{button} {rect}");
+    }
+}
+
 /// Two tabs beside each other. The left one has this share of the window.
 fn side_by_side(left: &str, right: &str, share: f32) -> Layout {
     let tabs = |tab: &str| format!("{{ tabs = [\"{tab}\"] }}");

@@ -91,3 +91,11 @@ fn a_pass_that_is_off_is_named_in_the_bar() {
     harness.run_steps(2);
     harness.get_by_label("`hit` and 1 more are off until their shaders or graph change");
 }
+
+#[test]
+fn a_take_that_is_recorded_is_named_in_the_bar() {
+    let mut window = Window::new(&[]);
+    window.status.recording = Some(12);
+    let harness = window.harness(1280.0, 720.0);
+    harness.get_by_label("recording 12 s");
+}

@@ -163,7 +163,7 @@ impl Window {
             inspected: self.inspected.as_ref(),
             magnified: self.magnified.clone(),
             compare: self.compare.clone(),
-            files: &self.files,
+            files: Some(&self.files),
         };
         self.actions.extend(self.panels.show(ctx, &view));
     }

@@ -50,7 +50,7 @@ impl Session {
         let change = self.world.editing.apply(operations)?;
         let changed = self.show_edit(operations, &change, Editing::take_back)?;
         if let Some(take) = self.playback.take.as_mut().filter(|_| changed > 0) {
-            take.edited(operations, self.world.editing.scene());
+            take.recorder.edited(operations, self.world.editing.scene());
         }
         Ok(changed)
     }
@@ -161,7 +161,7 @@ impl Session {
         let put = [change.as_put()];
         self.show_edit(&put, change, reverse)?;
         if let Some(take) = &mut self.playback.take {
-            take.edited(&put, self.world.editing.scene());
+            take.recorder.edited(&put, self.world.editing.scene());
         }
         Ok(true)
     }

@@ -12,11 +12,11 @@ use crate::clock::{Clock, FrameTime, Pace};
 use crate::debug_target::DebugTarget;
 use crate::inputs::{DAY, InputState, Microphone, ShownInputs};
 use crate::params::{Params, SetError};
-use crate::take::Recorder;
 use crate::timeline::Demo;
 use crate::world::SessionWorld;
 
 use super::members::find_member;
+use super::take::TakeSoFar;
 
 /// The clock, and everything that follows it.
 pub(super) struct Playback {
@@ -27,7 +27,7 @@ pub(super) struct Playback {
     pub params: ParamValues,
     pub demo: DemoPlayback,
     /// Records the frames of a take.
-    pub take: Option<Recorder>,
+    pub take: Option<TakeSoFar>,
 }
 
 /// Where the world is seen from.

@@ -1,8 +1,27 @@
 //! Recording takes: see [`crate::take`].
 
+use std::sync::Arc;
+
+use raxel_graph::checked::Graph;
+
 use super::Session;
 use crate::clock::FrameTime;
 use crate::take::{Ended, Recorder, Scene, Take, TakeError, Told};
+
+/// A take as far as it has come. Frames that follow change nothing of a copy.
+#[derive(Clone, Debug)]
+pub struct TakeSoFar {
+    pub(super) recorder: Recorder,
+    /// That of its last frame: another graph may run since.
+    graph: Arc<Graph>,
+}
+
+impl TakeSoFar {
+    /// The take as the demo `NAME.demo.toml`. The text of a long take needs more time than a frame has, so another thread may make it.
+    pub fn finish(&self, name: &str) -> Result<Take, TakeError> {
+        self.recorder.finish(&self.graph, name)
+    }
+}
 
 impl Session {
     /// Starts over ([`Session::reset`]), and records the inputs of each frame from then on.
@@ -14,19 +33,23 @@ impl Session {
         let scene =
             Scene { world, graph: self.graph_path().to_owned(), size: self.size(), pace: self.playback.clock.pace() };
         self.reset();
-        self.playback.take = Some(Recorder::new(scene));
+        self.playback.take = Some(TakeSoFar { recorder: Recorder::new(scene), graph: self.renderer.graph.clone() });
         Ok(())
     }
 
     /// The length in seconds of the take that is being recorded, and why nothing more is noted, if it has ended.
     pub fn recording(&self) -> Option<(f64, Option<Ended>)> {
-        self.playback.take.as_ref().map(|take| (take.seconds(), take.ended()))
+        self.playback.take.as_ref().map(|take| (take.recorder.seconds(), take.recorder.ended()))
     }
 
     /// The take so far, as the demo `NAME.demo.toml`. The sound that its graph heard is `NAME.wav` beside it.
     pub fn take(&self, name: &str) -> Result<Take, TakeError> {
-        let recorder = self.playback.take.as_ref().ok_or(TakeError::NotRecording)?;
-        recorder.finish(&self.renderer.graph, name)
+        self.playback.take.as_ref().ok_or(TakeError::NotRecording)?.finish(name)
+    }
+
+    /// The take so far, to be written while frames go on. The recording goes on until [`Self::stop_recording`].
+    pub fn take_so_far(&self) -> Result<TakeSoFar, TakeError> {
+        self.playback.take.clone().ok_or(TakeError::NotRecording)
     }
 
     /// Ends the recording of a take.
@@ -38,7 +61,7 @@ impl Session {
     pub(super) fn note_take(&mut self, time: &FrameTime) {
         let (size, hears) = (self.size(), self.hears_microphone());
         let Some(take) = &mut self.playback.take else { return };
-        take.note(&Told {
+        take.recorder.note(&Told {
             time,
             graph_path: &self.files.state.graph_path,
             graph: &self.renderer.graph,
@@ -49,5 +72,8 @@ impl Session {
             heard: hears.then(|| self.playback.microphone.heard()),
             target: &self.renderer.shown.debug_target,
         });
+        if take.recorder.ended().is_none() {
+            take.graph.clone_from(&self.renderer.graph);
+        }
     }
 }
