@@ -81,7 +81,7 @@ pub(super) fn begin(
 
 impl Work {
     /// Does all of it at once: where no frame waits for it.
-    pub fn finish(self, session: &mut Session) -> Result<Value, Refusal> {
+    pub(crate) fn finish(self, session: &mut Session) -> Result<Value, Refusal> {
         match self {
             Work::Answer(mut later) => later.finish(session),
             Work::Take(mut later) => {

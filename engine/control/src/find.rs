@@ -73,7 +73,7 @@ struct Hit {
 }
 
 impl Finding {
-    pub fn new(session: &Session, wanted: Find, middle: Option<Middle>) -> Result<Self, Refusal> {
+    pub(crate) fn new(session: &Session, wanted: Find, middle: Option<Middle>) -> Result<Self, Refusal> {
         let sought = sought(&wanted.value)?;
         let slices = slices(session, &wanted)?;
         let (start, from) = begin(session, &wanted, &slices)?;
@@ -92,12 +92,12 @@ impl Finding {
     }
 
     /// The answer, once it is there. Never waits.
-    pub fn poll(&mut self, session: &mut Session) -> Option<Result<Value, Refusal>> {
+    pub(crate) fn poll(&mut self, session: &mut Session) -> Option<Result<Value, Refusal>> {
         self.step(session, |_, later| later.poll(), |_, later| later.poll()).transpose()
     }
 
     /// The answer, which is found at once: where no frame waits for it.
-    pub fn finish(mut self, session: &mut Session) -> Result<Value, Refusal> {
+    pub(crate) fn finish(mut self, session: &mut Session) -> Result<Value, Refusal> {
         loop {
             let at_once = self.step(session, |on, later| Some(later.finish(on)), |on, later| Some(later.finish(on)))?;
             if let Some(answer) = at_once {

@@ -72,7 +72,7 @@ impl Work<String> for Lined<Value> {
 
 impl<T: Send + 'static> Later<T> {
     /// Made of copies, which are in the order of their tickets.
-    pub fn of<C: 'static>(
+    pub(crate) fn of<C: 'static>(
         tickets: Vec<ReadTicket<C>>,
         make: impl FnOnce(Vec<C>) -> Result<T, Refusal> + Send + 'static,
     ) -> Self {
@@ -80,7 +80,7 @@ impl<T: Send + 'static> Later<T> {
     }
 
     /// Made of one copy.
-    pub fn of_one<C: 'static>(
+    pub(crate) fn of_one<C: 'static>(
         ticket: ReadTicket<C>,
         make: impl FnOnce(C) -> Result<T, Refusal> + Send + 'static,
     ) -> Self {
@@ -89,7 +89,7 @@ impl<T: Send + 'static> Later<T> {
     }
 
     /// Made without a copy.
-    pub fn beside(make: impl FnOnce() -> Result<T, Refusal> + Send + 'static) -> Self {
+    pub(crate) fn beside(make: impl FnOnce() -> Result<T, Refusal> + Send + 'static) -> Self {
         Self::of(Vec::<ReadTicket<()>>::new(), move |_| make())
     }
 
@@ -99,7 +99,7 @@ impl<T: Send + 'static> Later<T> {
     }
 
     /// The result, once it is there. Never waits.
-    pub fn poll(&mut self) -> Option<Result<T, Refusal>> {
+    pub(crate) fn poll(&mut self) -> Option<Result<T, Refusal>> {
         if let Some(work) = self.work.take_if(|work| work.is_ready()) {
             // The thread alone has the sender from here on, so that its panic is noticed.
             let send = std::mem::replace(&mut self.send, channel().0);
@@ -116,7 +116,7 @@ impl<T: Send + 'static> Later<T> {
     }
 
     /// The result, which is made at once: where no frame waits for it.
-    pub fn finish(&mut self, session: &Session) -> Result<T, Refusal> {
+    pub(crate) fn finish(&mut self, session: &Session) -> Result<T, Refusal> {
         match self.work.take() {
             Some(work) => work.run(Some(session)),
             None => self.made.recv().unwrap_or_else(|_| Err(Refusal::new("the work on it has ended without a result"))),
@@ -126,7 +126,7 @@ impl<T: Send + 'static> Later<T> {
 
 impl Later<Value> {
     /// The line of the answer, if the work has not begun.
-    pub fn into_line(self, id: Value) -> Later<String> {
+    pub(crate) fn into_line(self, id: Value) -> Later<String> {
         match self.work {
             Some(work) => Later::doing(Box::new(Lined { work, id })),
             None => Later::beside(move || {

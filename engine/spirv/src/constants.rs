@@ -36,7 +36,7 @@ pub(crate) struct Constants<'w> {
 
 impl<'w> Constants<'w> {
     /// No constants yet. `specialized` has bits of specialization constants by their number; the others will have their defaults.
-    pub fn new(instructions: &[Instruction<'_>], specialized: &HashMap<u32, u32>) -> Self {
+    pub(crate) fn new(instructions: &[Instruction<'_>], specialized: &HashMap<u32, u32>) -> Self {
         let number = |instruction: &Instruction<'_>| match instruction.operands {
             [id, decoration, number] if instruction.is(Op::Decorate) && *decoration == Decoration::SpecId as u32 => {
                 specialized.get(number).map(|bits| (*id, *bits))
@@ -48,13 +48,13 @@ impl<'w> Constants<'w> {
     }
 
     /// The bits of a number, zero-extended; `None` if its value is not known.
-    pub fn bits(&self, id: u32) -> Option<u64> {
+    pub(crate) fn bits(&self, id: u32) -> Option<u64> {
         self.values.get(&id).and_then(Value::bits)
     }
 
     /// The words of a number, as `OpConstant` has them.
     #[expect(clippy::cast_possible_truncation, reason = "the two halves of a number")]
-    pub fn words(&self, id: u32) -> Option<Vec<u32>> {
+    pub(crate) fn words(&self, id: u32) -> Option<Vec<u32>> {
         match *self.values.get(&id)? {
             Value::Scalar { bits, width: 1..=32 } => Some(vec![bits as u32]),
             Value::Scalar { bits, .. } => Some(vec![bits as u32, (bits >> 32) as u32]),
@@ -63,7 +63,7 @@ impl<'w> Constants<'w> {
     }
 
     /// Takes note of a declaration; `None` if it has no value that is known.
-    pub fn declare(&mut self, instruction: &Instruction<'w>) -> Option<()> {
+    pub(crate) fn declare(&mut self, instruction: &Instruction<'w>) -> Option<()> {
         let op = Op::from_u32(instruction.opcode)?;
         let ty = match (op, instruction.operands) {
             (Op::TypeBool, [id]) => Some((*id, Type::Scalar(1))),

@@ -16,7 +16,7 @@ use raxel_workbench::kept::{self, Kept, Pixels, VALUES, What};
 const GRIP: f64 = 8.0;
 
 /// The comparison of the shown target with another picture.
-pub struct Comparing {
+pub(crate) struct Comparing {
     picture: Option<Held>,
     mode: CompareMode,
     flipped: bool,
@@ -53,7 +53,7 @@ struct Awaited {
 }
 
 /// Where a picture comes from that will be kept.
-pub enum Coming {
+pub(crate) enum Coming {
     /// A copy of a target, on its way from the device.
     Copy(ReadTicket<Texels>),
     /// Another thread makes it. It is a copy of a target, or a file.
@@ -176,7 +176,7 @@ impl Default for Comparing {
 
 impl Comparing {
     /// A picture will be kept. Gives the number of the request, and a message if another picture is given up for it.
-    pub fn ask(&mut self, name: &str, from: Coming) -> (u64, Option<String>) {
+    pub(crate) fn ask(&mut self, name: &str, from: Coming) -> (u64, Option<String>) {
         self.asked += 1;
         let said = self.give_up(&format!("{name} was asked for after it"));
         self.awaited = Some(Awaited { name: name.to_owned(), from });
@@ -190,12 +190,12 @@ impl Comparing {
     }
 
     /// The picture of this request does not come.
-    pub fn give_up_number(&mut self, number: u64, why: &str) -> Option<String> {
+    pub(crate) fn give_up_number(&mut self, number: u64, why: &str) -> Option<String> {
         if number == self.asked { self.give_up(why) } else { None }
     }
 
     /// Compares with this from now on. False if another picture was asked for after the request of this number: that one is kept.
-    pub fn keep(&mut self, kept: Kept, number: u64) -> bool {
+    pub(crate) fn keep(&mut self, kept: Kept, number: u64) -> bool {
         if number != self.asked {
             return false;
         }
@@ -209,12 +209,12 @@ impl Comparing {
     }
 
     /// The kept picture.
-    pub fn kept(&self) -> Option<&Kept> {
+    pub(crate) fn kept(&self) -> Option<&Kept> {
         self.picture.as_ref().map(|held| &held.kept)
     }
 
     /// Reads a picture from a file on a thread of its own; [`Self::update`] reports the result. Returns a message.
-    pub fn load(&mut self, path: &Path, name: &str) -> Option<String> {
+    pub(crate) fn load(&mut self, path: &Path, name: &str) -> Option<String> {
         if Arc::strong_count(&self.reading) > MOST_READERS {
             return Some(format!("{name} is not read: {MOST_READERS} other files are being read"));
         }
@@ -230,7 +230,7 @@ impl Comparing {
     }
 
     /// Lets go of the kept picture. Returns a message if another one was on its way.
-    pub fn forget(&mut self) -> Option<String> {
+    pub(crate) fn forget(&mut self) -> Option<String> {
         let said = self.give_up("the comparison has ended");
         let (asked, reading) = (self.asked + 1, self.reading.clone());
         *self = Self { edge: self.edge, gain: self.gain, asked, reading, ..Self::default() };
@@ -238,59 +238,59 @@ impl Comparing {
     }
 
     /// Whether something is kept.
-    pub fn is_on(&self) -> bool {
+    pub(crate) fn is_on(&self) -> bool {
         self.picture.is_some()
     }
 
     /// Another way of showing both.
-    pub fn set_mode(&mut self, mode: CompareMode) {
+    pub(crate) fn set_mode(&mut self, mode: CompareMode) {
         (self.mode, self.flipped) = (mode, false);
     }
 
     /// The next way of showing both.
-    pub fn next_mode(&mut self) -> CompareMode {
+    pub(crate) fn next_mode(&mut self) -> CompareMode {
         let at = CompareMode::ALL.iter().position(|mode| *mode == self.mode).unwrap_or(0);
         self.set_mode(CompareMode::ALL[(at + 1) % CompareMode::ALL.len()]);
         self.mode
     }
 
     /// Shows the kept picture alone, or not any more.
-    pub fn flip(&mut self) {
+    pub(crate) fn flip(&mut self) {
         self.set_flipped(!self.flipped);
     }
 
     /// Shows the kept picture alone, or both.
-    pub fn set_flipped(&mut self, flipped: bool) {
+    pub(crate) fn set_flipped(&mut self, flipped: bool) {
         self.flipped = flipped;
     }
 
     /// The factor of differences.
-    pub fn set_gain(&mut self, gain: f32) {
+    pub(crate) fn set_gain(&mut self, gain: f32) {
         if gain.is_finite() {
             self.gain = gain.clamp(0.01, 1e5);
         }
     }
 
     /// Takes hold of the edge of the wipe, where a pixel of a window of this width is on it.
-    pub fn hold_edge(&mut self, x: f64, width: u32, session: &Session) -> bool {
+    pub(crate) fn hold_edge(&mut self, x: f64, width: u32, session: &Session) -> bool {
         self.held = self.view(session).has_edge() && (x - self.edge * f64::from(width)).abs() <= GRIP;
         self.held
     }
 
     /// Puts the edge that is held at a pixel.
-    pub fn drag_edge(&mut self, x: f64, width: u32) {
+    pub(crate) fn drag_edge(&mut self, x: f64, width: u32) {
         if self.held {
             self.edge = (x / f64::from(width.max(1))).clamp(0.0, 1.0);
         }
     }
 
     /// Lets go of the edge.
-    pub fn release_edge(&mut self) {
+    pub(crate) fn release_edge(&mut self) {
         self.held = false;
     }
 
     /// Before a frame: takes the results of other threads, and sets the session's view. Returns messages.
-    pub fn update(&mut self, session: &mut Session) -> Option<String> {
+    pub(crate) fn update(&mut self, session: &mut Session) -> Option<String> {
         let said = self.take_awaited();
         if let Some(figures) = self.measuring.as_ref().and_then(|measuring| measuring.try_recv().ok()) {
             (self.figures, self.measuring) = (figures, None);
@@ -395,7 +395,7 @@ impl Comparing {
     }
 
     /// Finds the difference between a copy of the shown target, of this name, and the kept picture. `display` is how it is shown.
-    pub fn measure(&mut self, name: &str, texels: Arc<Texels>, display: Display) {
+    pub(crate) fn measure(&mut self, name: &str, texels: Arc<Texels>, display: Display) {
         let Some(Kept { what: What::Still(pixels), .. }) = self.kept() else { return };
         let (pixels, name) = (pixels.clone(), name.to_owned());
         self.find_figures(move || figures(&pixels, name, &texels, &display));
@@ -403,7 +403,7 @@ impl Comparing {
 
     /// Asks the device for the live target and for the shown one, of this name, as the last frame left both: [`Self::update`] finds how far
     /// they are apart. False when nothing is live.
-    pub fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
+    pub(crate) fn measure_live(&mut self, session: &mut Session, name: &str, shown: &DebugTarget) -> bool {
         let Some(live) = self.live().cloned() else { return false };
         let mut ask = |of: &DebugTarget| session.request_texels(&of.resource, of.age, of.mip, of.layer);
         match ask(&live).and_then(|live| Ok((live, ask(shown)?))) {
@@ -416,7 +416,7 @@ impl Comparing {
     }
 
     /// Measures a copy of the shown target, of this name, against the kept picture, once it is there. `display` is how it is shown.
-    pub fn measure_copy(&mut self, name: &str, shown: ReadTicket<Texels>, display: Display) {
+    pub(crate) fn measure_copy(&mut self, name: &str, shown: ReadTicket<Texels>, display: Display) {
         let Some(Kept { what: What::Still(pixels), .. }) = self.kept() else { return };
         let kept = Against::Still(pixels.clone(), display);
         self.copying = Some(Copying { of: name.to_owned(), shown, kept });
@@ -440,19 +440,19 @@ impl Comparing {
     }
 
     /// The figures were asked for, and the shown target is being copied.
-    pub fn await_figures(&mut self) {
+    pub(crate) fn await_figures(&mut self) {
         self.figures = Figures::Awaited;
     }
 
     /// The shown target could not be copied.
-    pub fn give_up_figures(&mut self, why: &str) {
+    pub(crate) fn give_up_figures(&mut self, why: &str) {
         if self.figures == Figures::Awaited {
             self.figures = Figures::Refused(why.to_owned());
         }
     }
 
     /// The panel's view.
-    pub fn view(&self, session: &Session) -> Compare {
+    pub(crate) fn view(&self, session: &Session) -> Compare {
         let failed = self.picture.as_ref().and_then(|held| held.on_device.as_ref()?.1.as_ref().err().cloned());
         let mismatch = || match self.live() {
             Some(_) => self.missing.clone().or_else(|| Some(session.live_mismatch()?.to_string())),
@@ -472,7 +472,7 @@ impl Comparing {
 }
 
 /// The message about a copy that is kept.
-pub fn kept_message(name: &str) -> String {
+pub(crate) fn kept_message(name: &str) -> String {
     format!("kept {name}; X goes through ways of comparing, V shows it alone")
 }
 

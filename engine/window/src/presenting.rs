@@ -44,12 +44,12 @@ pub(super) struct Refusals {
 
 impl Refusals {
     /// The window took a picture.
-    pub fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.since = None;
     }
 
     /// The window refused a picture `now`. True, once, when it has taken none for long.
-    pub fn add(&mut self, now: Instant) -> bool {
+    pub(crate) fn add(&mut self, now: Instant) -> bool {
         let since = *self.since.get_or_insert(now);
         let first = !self.reported && now.duration_since(since) >= REFUSED;
         self.reported |= first;

@@ -20,7 +20,7 @@ pub(super) struct Files {
 
 impl Files {
     /// Lists them again. A listing that is under way serves, too.
-    pub fn begin(&mut self, session: &Session) {
+    pub(crate) fn begin(&mut self, session: &Session) {
         self.listed = None;
         if self.listing.is_some() {
             return;
@@ -35,7 +35,7 @@ impl Files {
     }
 
     /// Takes the list, once it is there. Whether it is news.
-    pub fn take(&mut self) -> bool {
+    pub(crate) fn take(&mut self) -> bool {
         let Some(listed) = self.listing.as_ref().map(Receiver::try_recv) else { return false };
         match listed {
             Ok(files) => (self.listed, self.listing) = (Some(files.into_iter().map(file).collect()), None),
@@ -47,7 +47,7 @@ impl Files {
     }
 
     /// The list; `None` while it is made.
-    pub fn get(&self) -> Option<&[view::ProjectFile]> {
+    pub(crate) fn get(&self) -> Option<&[view::ProjectFile]> {
         self.listed.as_deref()
     }
 }

@@ -121,7 +121,7 @@ impl Writings {
     }
 
     /// Whether one more file can be written.
-    pub fn has_room(&self) -> bool {
+    pub(crate) fn has_room(&self) -> bool {
         self.running.len() < MOST
     }
 
