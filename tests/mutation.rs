@@ -25,7 +25,7 @@ use wait_timeout::ChildExt as _;
 /// The files with the tracers that claim to be exact, with the rows of `raxel stress` that run them.
 const GATES: &[(&str, &str)] = &[
     ("beam", "tree64:beam"),
-    ("box", "tree64:instances,tree64:onward"),
+    ("box", "tree64:instances,tree64:onward,tree64:ahead"),
     ("camera", "tree64:packet,tree64:beam"),
     ("rivals/internal/layouts/brickmap", "brickmap,brickmap:ahead"),
     ("rivals/internal/layouts/bvh", "bvh,bvh:ahead"),

@@ -106,7 +106,7 @@ pub const ALL: &[RaySet] = &[
     },
     RaySet {
         name: "grazing",
-        about: "1/1024 voxel beside a lattice plane, slopes of 1e-4 to 1e-7",
+        about: "1/1024 or 2^-22 voxel beside a lattice plane, slopes of 1e-4 to 1e-7",
         make: Make::Rays(rays::grazing),
     },
     RaySet {
@@ -243,10 +243,14 @@ pub const ALL: &[RaySet] = &[
     },
     RaySet {
         name: "slightest",
-        about: "along an axis, and on the others 2^-28 to 2^-31 as fast, from planes of the lattice: at the limit of directions",
+        about: "along an axis, and on the others 2^-28 to 2^-31 as fast, from planes of the lattice or the border of the scene: at the limit of directions",
         make: Make::Rays(rays::slightest),
     },
-    RaySet { name: "longest", about: "directions 2^100 to 2^127 long", make: Make::Rays(rays::longest) },
+    RaySet {
+        name: "longest",
+        about: "directions 2^100 to 2^128 long; half of the rays end (t_max)",
+        make: Make::Rays(rays::longest),
+    },
     RaySet {
         name: "fractions",
         about: "places in the origin's cell that are outside of it, and count as on its border",

@@ -171,7 +171,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
         }
         if (!RX_TILE_ANY(alive != 0u)) continue;
 
-        barrier();
+        barrier();  // after the last read of what belongs to the octant before
         {
             vec3 sign_of = vec3(down_x ? -1.0 : 1.0, down_y ? -1.0 : 1.0, down_z ? -1.0 : 1.0);
             vec2 pixel_size = 2.0 * tan_half_fov / vec2(size);
@@ -275,7 +275,7 @@ void rx_trace_tile(ivec2 tile, ivec3 cell, vec3 frac, mat4 view_to_world, vec2 t
                     for (;;) {
                         bool more = RX_TILE_ANY((set | ones | twos) != 0u);
                         if (candidates - taken >= (more ? 32u : 1u)) {
-                            barrier();
+                            barrier();  // before any invocation reads the candidates of all
                             bool some_left = true;
                             for (; candidates - taken >= (more ? 32u : 1u) && some_left; taken = min(taken + 32u, candidates)) {
                                 // Candidate l is this invocation's, and bit 31 - l of a set, so that the first is the highest bit.

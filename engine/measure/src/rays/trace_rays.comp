@@ -102,6 +102,7 @@ vec3 direction_onward(uint i) {
 uint line;    // where the first ray of the 8 x 8 has its hit
 ivec2 size;   // pixels of the output
 ivec2 first;  // the first pixel of the 8 x 8
+bool is_last_tile = false;  // the tile is traced for its pixels: none of them has a line
 
 // Whether a pixel was named that is not of the tile, or not on the output, or has no ray; or one twice, or one with a ray never.
 shared uint pixel_is_wrong;
@@ -117,7 +118,7 @@ uint line_of(ivec2 pixel) {
 
 bool wanted(ivec2 pixel) {
     ivec2 at = pixel - first;
-    return all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(TILE))) && line_of(pixel) < count;
+    return !is_last_tile && all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(TILE))) && line_of(pixel) < count;
 }
 
 void check_pixel(ivec2 pixel) {
@@ -167,8 +168,19 @@ RxRay ray_of(ivec2 pixel) {
     return rx_camera_ray(camera_cell, camera_frac, view_to_world, tan_half_fov, pixel, size);
 }
 
+// What the packet found at each pixel of the last tile: a voxel and its face, or one of these.
+shared ivec4 last_tile[256];
+const int NOTHING = 16;
+const int HANDED_ON = 17;
+
+void keep(ivec2 pixel, ivec4 found) {
+    ivec2 at = pixel & 15;
+    if (is_last_tile) last_tile[(at.y * 16 + at.x) & 255] = found;
+}
+
 void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
     name_pixel(pixel);
+    keep(pixel, ivec4(voxel, face));
     if (!wanted(pixel)) return;
     // A hit takes no more than the axis from the face.
     RxHit hit = rx_hit_of(ray_of(pixel), voxel, face);
@@ -177,15 +189,26 @@ void rx_tile_hit(ivec2 pixel, ivec3 voxel, uint face) {
 
 void rx_tile_miss(ivec2 pixel) {
     name_pixel(pixel);
+    keep(pixel, ivec4(0, 0, 0, NOTHING));
     if (wanted(pixel)) write_miss(line_of(pixel));
 }
 
 void rx_tile_rest(ivec2 pixel, float t_free) {
     name_pixel(pixel);
+    keep(pixel, ivec4(0, 0, 0, HANDED_ON));
     if (!wanted(pixel)) return;
     RxHit hit;
     bool found = rx_trace_from(ray_of(pixel), t_free, hit);
     write_hit(line_of(pixel), found, hit);
+}
+
+// Whether the walk finds the same at a pixel of the last tile.
+void check_last(ivec2 pixel) {
+    ivec2 at = pixel & 15;
+    ivec4 kept = last_tile[(at.y * 16 + at.x) & 255];
+    RxHit hit;
+    bool found = rx_trace(ray_of(pixel), hit), same = found ? kept == ivec4(hit.voxel, hit.face) : kept.w == NOTHING;
+    if (!same && kept.w != HANDED_ON) atomicOr(pixel_is_wrong, 1u);
 }
 
 void main() {
@@ -198,13 +221,25 @@ void main() {
     tan_half_fov = uintBitsToFloat(rays[tile + 4u].frac.xy);
     size = rays[tile + 4u].cell.xy;
     first = ivec2(rays[tile + 4u].dir.xy);
-    most_leaves = gl_WorkGroupID.x % 3u == 0u ? gl_WorkGroupID.x / 3u % 12u : 112u;
+    bool few = gl_WorkGroupID.x % 3u == 0u;
+    most_leaves = few ? gl_WorkGroupID.x / 3u % 12u : 112u;
     begin_tile();
-    rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
-    barrier();
-    for (uint s = 0u; s < 8u; ++s) {
-        ivec2 pixel = rx_tile_pixel(first / RX_TILE, s);
-        check_named(pixel, all(lessThan(pixel, size)));
+    // Groups with few leaves also trace the last tile of the output, which has any number of pixels. The walk decides whether that is right.
+    for (uint turn = 0u; turn < (few ? 2u : 1u); ++turn) {
+        rx_trace_tile(first / RX_TILE, camera_cell, camera_frac, view_to_world, tan_half_fov, size);
+        barrier();
+        for (uint s = 0u; s < 8u; ++s) {
+            ivec2 pixel = rx_tile_pixel(first / RX_TILE, s);
+            bool is_there = all(lessThan(pixel, size));
+            check_named(pixel, is_there);
+            if (is_last_tile && is_there) check_last(pixel);
+        }
+        barrier();
+        if (gl_LocalInvocationIndex < 8u) named[gl_LocalInvocationIndex] = 0u;
+        first = (size - 1) / RX_TILE * RX_TILE;
+        is_last_tile = true;
+        most_leaves = 40u;
+        barrier();
     }
     end_tile();
 }
@@ -516,6 +551,10 @@ void main() {
 }
 #endif
 #else
+#ifdef RX_MARCH_AHEAD
+#include <raxel/box.glsl>
+#endif
+
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= count) return;
@@ -524,9 +563,12 @@ void main() {
     RxHit hit;
 #ifdef RX_MARCH_AHEAD
     bool found = rx_trace_from(ray, uintBitsToFloat(rays[i].t_free), hit);
+    write_hit(i, found, hit);
+    // The test for boxes must find that a ray meets the voxel that it hits, from however far away. The cell past a box is in the range of coordinates.
+    if (found && all(lessThan(hit.voxel, ivec3(0x7fffffff))) && !rx_crosses_box(ray, hit.voxel, hit.voxel + 1, 0)) hits[i].state = RX_WRONG;
 #else
     bool found = rx_march(ray, hit);
-#endif
     write_hit(i, found, hit);
+#endif
 }
 #endif

@@ -77,7 +77,9 @@ pub(super) fn near_ties(targets: &RayTargets, random: &mut Random) -> Ray {
 pub(super) fn grazing(targets: &RayTargets, random: &mut Random) -> Ray {
     let flat = random.index(3);
     let mut ray = incoherent(targets, random);
-    ray.frac[flat] = [1.0 / 1024.0, 1.0 - 1.0 / 1024.0][random.index(2)];
+    // Four steps of the lattice of origins, or many.
+    let beside = [1.0 / 1024.0, (-22.0_f32).exp2()][random.index(2)];
+    ray.frac[flat] = [beside, 1.0 - beside][random.index(2)];
     ray.dir[flat] = [1e-4, -1e-4, 1e-5, -1e-6, 1e-7, -1e-7][random.index(6)];
     // Half of them beside a face of a solid voxel.
     if random.below(2) == 0 {
@@ -151,8 +153,8 @@ pub(super) fn outside(targets: &RayTargets, random: &mut Random) -> Ray {
     ray
 }
 
-/// Distances of far targets, in voxels.
-const AWAY: [f64; 5] = [1e4, 1e6, 16_777_216.0, 1_073_741_824.0, 4_294_967_296.0];
+/// Distances of far targets, in voxels. The tree of instances is searched by floats up to 2^29.
+const AWAY: [f64; 6] = [1e4, 1e6, 16_777_216.0, 268_435_456.0, 1_073_741_824.0, 4_294_967_296.0];
 
 /// An origin at one of several distances from a target, as far as coordinates reach.
 fn away(random: &mut Random, target: [i64; 3]) -> ([i64; 3], [f32; 3]) {
@@ -222,6 +224,11 @@ pub(super) fn slightest(targets: &RayTargets, random: &mut Random) -> Ray {
         }
         let place = [0.0, 1.0, 0.5, random.unit()][random.index(4)];
         *frac = if at_once { f32::from(u8::from(!up)) } else { place };
+        // On the border of the scene's box, about to leave it.
+        if axis != main && !at_once && random.below(4) == 0 {
+            let [low, high] = targets.bounds.map(|corner| corner[axis]);
+            (*cell, *frac) = if up { (high - 1, 1.0) } else { (low, 0.0) };
+        }
     }
     Ray::new(clamped(cell), frac, dir)
 }
@@ -250,9 +257,13 @@ pub(super) fn lengths(targets: &RayTargets, random: &mut Random) -> Ray {
 
 pub(super) fn longest(targets: &RayTargets, random: &mut Random) -> Ray {
     let mut ray = incoherent(targets, random);
-    let length = (100.0 + 27.99 * random.unit()).exp2();
+    // The lattice has its last exponent for one in four.
+    let exponent = if random.below(4) == 0 { 127.5 + 0.49 * random.unit() } else { 100.0 + 27.99 * random.unit() };
+    let length = exponent.exp2();
     ray.dir = ray.dir.map(|d| d * length);
-    ray
+    // Half of them end 16 to 256 voxels away: nearer, times have no normal float.
+    let end = (16.0 + 240.0 * random.unit()) / length;
+    if random.below(2) == 0 { Ray { t_max: end, ..ray } } else { ray }
 }
 
 pub(super) fn fractions(targets: &RayTargets, random: &mut Random) -> Ray {

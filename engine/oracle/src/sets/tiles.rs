@@ -47,7 +47,8 @@ pub(super) fn tile(targets: &RayTargets, random: &mut Random) -> Tile {
     // Outputs of any size: the last tiles of a row or a column have any number of pixels.
     let size = [[16, 16], [64, 64], [320, 184], [1280, 720], [3840, 2160]][random.index(5)];
     let size = size.map(|side| side + random.below(16) as u32);
-    let half_height = [0.006, 0.18, 0.58, 1.2, 12.0][random.index(5)];
+    // The last one is a field of view of 179 degrees: a pixel of a small output is wider than its distance.
+    let half_height = [0.006, 0.18, 0.58, 1.2, 12.0, 114.0][random.index(6)];
     let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
     tile_of((cell.map(i64::from), frac), [right, up, forward], size, half_height, first)
 }
@@ -154,6 +155,16 @@ pub(super) fn octant_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let half_height = [0.006, 0.18, 0.58, 1.2][random.index(4)];
     let frac = if random.below(4) == 0 { [0.0; 3] } else { fraction(random) };
     let first = tile_at(random, size, [0.5; 2]);
+    // Half of the views are turned by up to ten pixels, so that the border of octants is anywhere in a tile, also between any two pixels.
+    let view = if random.below(2) == 0 {
+        let ([right, up, forward], pixel) = (view, 2.0 * half_height / size[1] as f32);
+        let [aside, above] = [0, 1].map(|_| 10.0 * pixel * random.signed());
+        let forward = (forward + aside * right + above * up).normalize();
+        let right = forward.cross(up).normalize();
+        [right, right.cross(forward), forward]
+    } else {
+        view
+    };
     tile_of((random.cell(around(&targets.bounds)), frac), view, size, half_height, first)
 }
 
@@ -184,7 +195,7 @@ pub(super) fn skimming_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let target = targets.solid(random);
     // Halves are multiples of a tile.
     let size = [[64, 64], [320, 176], [1280, 720], [3840, 2160]][random.index(4)];
-    let half_height = [0.006, 0.18, 0.58, 1.2][random.index(4)];
+    let half_height = [0.0006, 0.006, 0.18, 0.58, 1.2, 114.0][random.index(6)];
     // The tile below the horizon, whose first row is the nearest, or the one above it. Both have a tile beside the central column.
     let (below, behind) = (random.below(2) == 0, random.below(4) == 0);
     let away = if behind { 15 } else { 0 };
@@ -220,7 +231,8 @@ fn at_place(cell: [i64; 3], place: [f64; 3]) -> ([i64; 3], [f32; 3]) {
 pub(super) fn hidden_tile(targets: &RayTargets, random: &mut Random) -> Tile {
     let [right, up, forward] = along_axes(random);
     let target = targets.solid(random);
-    let size = [[16, 16], [40, 24], [328, 184], [1280, 720]][random.index(4)];
+    // The last tile of 40 × 20 has 8 × 4 pixels: one for each invocation of a packet.
+    let size = [[16, 16], [40, 20], [328, 184], [1280, 720]][random.index(4)];
     let half_height = [0.18, 0.58, 1.2][random.index(3)];
     let first = size.map(|side| random.below(u64::from(side / Tile::SIDE)) as u32 * Tile::SIDE);
     let mut tile = tile_of((target, [0.0; 3]), [right, up, forward], size, half_height, first);
