@@ -38,10 +38,12 @@ impl Redraws {
 impl Viewer<'_> {
     /// Whether nobody sees the window.
     pub(super) fn is_hidden(&self) -> bool {
-        // The presenter has no extent either while its surface is lost; a window that counted as hidden then would never get another one.
+        // While its surface is lost, the presenter has no extent either. A window that counted as hidden then would never get another surface.
         let has_area = self.window.as_ref().is_some_and(|open| {
-            let size = open.window.inner_size();
-            size.width > 0 && size.height > 0
+            open.presenter.extent().is_some() || {
+                let size = open.window.inner_size();
+                size.width > 0 && size.height > 0
+            }
         });
         !has_area || self.redraws.are_held_back(Instant::now())
     }
