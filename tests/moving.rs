@@ -262,6 +262,39 @@ fn faces_far_from_a_mover_keep_their_light() {
     assert!(near > 2 * near_at_rest && far < 3 * far_at_rest / 2, "{counts}");
 }
 
+/// Faces at the shadow of a mover forget as those beside it do, and no others.
+#[test]
+fn faces_at_the_shadow_of_a_mover_forget_sooner() {
+    let project = Project::shipped();
+    let graph = lifted(&project, "light/face_cache.toml", "tree", "");
+    let late = |z: f64, strength: f32| {
+        let files = "floor = { albedo = [0.6, 0.6, 0.55] }\n[models]\ntree = { file = \"models/tree.vox\" }";
+        let tree = "[[instances]]\nmodel = \"tree\"\nposition = [12, 102, 180]\nslide = { param = \"away\", along = [0, 1000, 0] }\n";
+        let build = [cuboid("floor", [0, 0, 0], [32, 2, 360], ""), tree.to_owned()];
+        scenes::world(&project, files, &build, [28.0, 16.0, z + 16.0], [10.0, 2.0, z], 50.0);
+        let sun = [("sun_elevation", 45.0), ("sun_azimuth", 0.0), ("sun_strength", strength)];
+        let mut session = open(&project, graph, SIZE, &sun);
+        session.pin("queue").unwrap();
+        for frame in 0..8_u8 {
+            session.set_param("away", Value::F32(1e-4 * f32::from(frame))).unwrap();
+            frames(&mut session, 1);
+        }
+        let mut words = |from: u64, count: u64| {
+            let bytes = session.read_buffer("queue", from..from + 4 * count).unwrap();
+            bytes.chunks_exact(4).map(|word| u32::from_le_bytes(word.try_into().unwrap())).collect::<Vec<_>>()
+        };
+        let count = words(0, 1)[0];
+        words(60, u64::from(count)).into_iter().filter(|entry| entry >> 28 & 1 != 0).count()
+    };
+    // 100 voxels above the floor, so the shadow is 100 voxels north or south of the mover.
+    let counts = [80.0, 180.0, 280.0].map(|z| late(z, 5.0));
+    assert!(
+        counts[1] == 0 && (counts[0] > 0) != (counts[2] > 0),
+        "late entries north of the mover, below it and south of it: {counts:?}"
+    );
+    assert_eq!([80.0, 280.0].map(|z| late(z, 0.0)), [0, 0], "there is no sun");
+}
+
 /// A basin of water with a model in it, in the world's voxels or as an instance.
 fn basin(project: &Project, model: &str, position: [f64; 3], look_at: [f64; 3]) {
     let build = [

@@ -261,12 +261,8 @@ void main() {
 #endif
     if (!inside) return;
 #ifdef STIRS
-    // The sun or an instance moves, and the sun's share here is another than in the last frame.
-    bool moving = state.changed != 0u;
-#ifdef RX_BINDS_Poses
-    moving = moving || last == frame.index + 1u;
-#endif
-    if (asks && moving && frame.still == 0u && old.y > 0.0 && face < RX_FACE_INSIDE) {
+    // The sun moves, and its share here is another than in the last frame.
+    if (asks && state.changed != 0u && frame.still == 0u && old.y > 0.0 && face < RX_FACE_INSIDE) {
         float most = max(dot(rx_normal(face), sun), 1e-3);
         if (abs(result.x - old.x) > STIRS_FROM * most) stirred[stirred_place(hit.xyz >> 3)] = frame.index + 1u;
     }

@@ -7,6 +7,12 @@ use spirv::{Decoration, Op};
 
 use crate::instruction::Instruction;
 
+/// The most scalars and groups of a constant whose value is kept. Lengths of arrays come from vectors and small structures.
+const MOST_PARTS: usize = 64;
+
+/// The most of them in all constants of a module that are no scalars.
+const MOST_IN_ALL: usize = 1 << 16;
+
 /// A constant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Value {
@@ -32,6 +38,8 @@ pub(crate) struct Constants<'w> {
     values: HashMap<u32, Value>,
     /// The bits of those that have other values than their defaults, by id.
     specialized: HashMap<u32, u32>,
+    /// What is left of [`MOST_IN_ALL`].
+    room: usize,
 }
 
 impl<'w> Constants<'w> {
@@ -44,7 +52,7 @@ impl<'w> Constants<'w> {
             _ => None,
         };
         let specialized = instructions.iter().filter_map(number).collect();
-        Self { types: HashMap::new(), values: HashMap::new(), specialized }
+        Self { types: HashMap::new(), values: HashMap::new(), specialized, room: MOST_IN_ALL }
     }
 
     /// The bits of a number, zero-extended; `None` if its value is not known.
@@ -89,9 +97,13 @@ impl<'w> Constants<'w> {
                 let default = operands.get(1).map_or(0, |high| u64::from(*high) << 32) | low;
                 Value::number(specialized.unwrap_or(default), width)
             }
-            Op::ConstantNull => self.zero(*ty, 8)?,
+            Op::ConstantNull => self.zero(*ty, &mut { MOST_PARTS })?,
             Op::ConstantComposite | Op::SpecConstantComposite => {
-                Value::Parts(operands.iter().map(|part| self.values.get(part).cloned()).collect::<Option<_>>()?)
+                let parts = operands.iter().map(|part| self.values.get(part)).collect::<Option<Vec<_>>>()?;
+                if parts.iter().map(|part| part.size()).sum::<usize>() >= MOST_PARTS {
+                    return None;
+                }
+                Value::Parts(parts.into_iter().cloned().collect())
             }
             Op::SpecConstantOp => {
                 let (op, operands) = operands.split_first()?;
@@ -99,20 +111,25 @@ impl<'w> Constants<'w> {
             }
             _ => return None,
         };
+        let size = value.size();
+        if size > MOST_PARTS {
+            return None;
+        }
+        if size > 1 {
+            self.room = self.room.checked_sub(size)?;
+        }
         self.values.insert(*id, value);
         Some(())
     }
 
-    /// Zero of a type; types in it may be `depth` deep.
-    fn zero(&self, ty: u32, depth: u32) -> Option<Value> {
-        let deeper = depth.checked_sub(1)?;
+    /// Zero of a type, of at most `room` parts.
+    fn zero(&self, ty: u32, room: &mut usize) -> Option<Value> {
+        *room = room.checked_sub(1)?;
+        let mut part = |ty: u32| self.zero(ty, room);
         Some(match *self.types.get(&ty)? {
             Type::Scalar(width) => Value::number(0, width),
-            Type::Vector(part, count @ 0..=16) => Value::Parts(vec![self.zero(part, deeper)?; count as usize]),
-            Type::Vector(..) => return None,
-            Type::Struct(members) => {
-                Value::Parts(members.iter().map(|member| self.zero(*member, deeper)).collect::<Option<_>>()?)
-            }
+            Type::Vector(ty, count) => Value::Parts((0..count).map(|_| part(ty)).collect::<Option<_>>()?),
+            Type::Struct(members) => Value::Parts(members.iter().map(|member| part(*member)).collect::<Option<_>>()?),
         })
     }
 
@@ -140,6 +157,9 @@ impl<'w> Constants<'w> {
             }
             Op::VectorShuffle => {
                 let (Value::Parts(first), Value::Parts(second)) = (value(0)?, value(1)?) else { return None };
+                if operands.len() > MOST_PARTS {
+                    return None;
+                }
                 let both: Vec<&Value> = first.iter().chain(second).collect();
                 let pick = |index: &u32| both.get(*index as usize).map(|part| (*part).clone());
                 Some(Value::Parts(operands[2..].iter().map(pick).collect::<Option<_>>()?))
@@ -186,6 +206,14 @@ impl Value {
         match self {
             Self::Scalar { bits, .. } => Some(*bits),
             Self::Parts(_) => None,
+        }
+    }
+
+    /// Its scalars and groups.
+    fn size(&self) -> usize {
+        match self {
+            Self::Scalar { .. } => 1,
+            Self::Parts(parts) => 1 + parts.iter().map(Self::size).sum::<usize>(),
         }
     }
 
@@ -254,7 +282,14 @@ fn number(op: Op, width: u32, a: &Number, b: &Number) -> Option<Value> {
         Op::IMul => a.bits.wrapping_mul(b.bits),
         Op::UDiv => a.bits.checked_div(b.bits)?,
         Op::UMod => a.bits.checked_rem(b.bits)?,
-        Op::SDiv => a.signed().checked_div(b.signed())?.cast_unsigned(),
+        Op::SDiv => {
+            let quotient = a.signed().checked_div(b.signed())?;
+            // The least number by -1 has no place in as many bits.
+            if width < 64 && quotient == 1 << (width - 1) {
+                return None;
+            }
+            quotient.cast_unsigned()
+        }
         // The remainder has the sign of the first, the modulus that of the second.
         Op::SRem => a.signed().checked_rem(b.signed())?.cast_unsigned(),
         Op::SMod => {
@@ -281,4 +316,60 @@ fn number(op: Op, width: u32, a: &Number, b: &Number) -> Option<Value> {
         _ => return None,
     };
     Some(Value::number(bits, width))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn declare(constants: &mut Constants<'static>, op: Op, operands: &[u32]) -> bool {
+        constants.declare(&Instruction { opcode: op as u32, operands: operands.to_vec().leak() }).is_some()
+    }
+
+    /// A 32-bit integer (type 1), a vector of four of them (type 2), and the constant 3 with the value 7.
+    fn some() -> Constants<'static> {
+        let mut constants = Constants::new(&[], &HashMap::new());
+        for (op, operands) in
+            [(Op::TypeInt, [1, 32, 1].as_slice()), (Op::TypeVector, &[2, 1, 4]), (Op::Constant, &[1, 3, 7])]
+        {
+            assert!(declare(&mut constants, op, operands));
+        }
+        constants
+    }
+
+    #[test]
+    fn large_constants_have_no_value() {
+        let mut constants = some();
+        // Each has the last one twice.
+        let known = (4..60_u32)
+            .take_while(|id| declare(&mut constants, Op::ConstantComposite, &[2, *id, id - 1, id - 1]))
+            .count();
+        assert_eq!(known, 5, "2 + 4 + 8 + 16 + 32 scalars and groups are the most");
+        // Each has the last one once, deeper and deeper.
+        let mut constants = some();
+        let known =
+            (4..200_u32).take_while(|id| declare(&mut constants, Op::ConstantComposite, &[2, *id, id - 1])).count();
+        assert!(known < MOST_PARTS, "{known}");
+        let mut constants = some();
+        let members: Vec<u32> = std::iter::once(4).chain([2; 40]).collect();
+        assert!(declare(&mut constants, Op::TypeStruct, &members));
+        assert!(
+            declare(&mut constants, Op::ConstantNull, &[2, 5]) && !declare(&mut constants, Op::ConstantNull, &[4, 6])
+        );
+        // All of them together have room, too.
+        let known = (10..1_000_000_u32).take_while(|id| declare(&mut constants, Op::ConstantNull, &[2, *id])).count();
+        assert!(known <= MOST_IN_ALL, "{known}");
+    }
+
+    #[test]
+    fn a_quotient_without_a_place_has_no_value() {
+        let mut constants = some();
+        assert!(
+            declare(&mut constants, Op::Constant, &[1, 4, 1 << 31])
+                && declare(&mut constants, Op::Constant, &[1, 5, u32::MAX])
+        );
+        assert!(!declare(&mut constants, Op::SpecConstantOp, &[1, 6, Op::SDiv as u32, 4, 5]));
+        assert!(declare(&mut constants, Op::SpecConstantOp, &[1, 7, Op::SDiv as u32, 3, 5]));
+        assert_eq!(constants.bits(7), Some(u64::from((-7_i32).cast_unsigned())));
+    }
 }

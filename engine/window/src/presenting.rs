@@ -30,6 +30,9 @@ pub(super) enum Pictures {
     Other,
 }
 
+/// Between two pictures that are refused in a row. After a longer time, none was tried: the window was hidden, or waited for a file.
+const IN_A_ROW: Duration = Duration::from_secs(2);
+
 /// How long a window may take no picture before that is reported. Window systems hold the images of windows that nobody sees for a while.
 const REFUSED: Duration = Duration::from_secs(10);
 
@@ -37,8 +40,8 @@ const REFUSED: Duration = Duration::from_secs(10);
 /// without a word.
 #[derive(Debug, Default)]
 pub(super) struct Refusals {
-    /// When the first picture after the last one that was taken was refused.
-    since: Option<Instant>,
+    /// When the first picture after the last one that was taken was refused, and when the last one was.
+    since: Option<(Instant, Instant)>,
     reported: bool,
 }
 
@@ -50,10 +53,11 @@ impl Refusals {
 
     /// The window refused a picture `now`. True, once, when it has taken none for long.
     pub(crate) fn add(&mut self, now: Instant) -> bool {
-        let since = *self.since.get_or_insert(now);
-        let first = !self.reported && now.duration_since(since) >= REFUSED;
-        self.reported |= first;
-        first
+        let (first, _) = self.since.filter(|(_, last)| now.duration_since(*last) < IN_A_ROW).unwrap_or((now, now));
+        self.since = Some((first, now));
+        let is_long = !self.reported && now.duration_since(first) >= REFUSED;
+        self.reported |= is_long;
+        is_long
     }
 }
 
@@ -211,10 +215,15 @@ mod tests {
     fn a_window_that_takes_no_picture_for_long_is_reported_once() {
         let (start, second) = (Instant::now(), Duration::from_secs(1));
         let mut refusals = Refusals::default();
-        assert!(!refusals.add(start) && !refusals.add(start + 9 * second));
+        let reports = |refusals: &mut Refusals, seconds: std::ops::Range<u32>| {
+            seconds.filter(|at| refusals.add(start + *at * second)).collect::<Vec<_>>()
+        };
+        assert_eq!(reports(&mut refusals, 0..10), []);
         refusals.end();
-        assert!(!refusals.add(start + 10 * second) && !refusals.add(start + 19 * second));
-        assert!(refusals.add(start + 20 * second) && !refusals.add(start + 21 * second));
+        assert_eq!(reports(&mut refusals, 10..20), [], "a picture was taken");
+        // It was hidden for a minute.
+        assert_eq!(reports(&mut refusals, 80..90), []);
+        assert_eq!(reports(&mut refusals, 90..120), [90], "once");
     }
 
     #[test]

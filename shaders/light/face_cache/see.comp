@@ -79,10 +79,12 @@ bool is_stirred(ivec3 voxel, uint face) {
 #ifdef RX_BINDS_Poses
 // Whether an instance has moved near a place in the world lately.
 bool is_by_mover(ivec3 place) {
-    if (last == 0u || frame.index + 1u - last > STIRRED_FRAMES) return false;
+    // A mark lasts until each face had its turn.
+    uint lasts = STIRRED_FRAMES * max(queue.every, 1u) * (uint(max(push.rarely, 16)) + 15u >> 4);
+    if (last == 0u || frame.index + 1u - last > lasts) return false;
     for (uint level = 0u; level < STIRRED_LEVELS; ++level) {
         uint then = stirred[stirred_wide_place(place >> stirred_shift(level), level)];
-        if (then != 0u && frame.index + 1u - then <= STIRRED_FRAMES) return true;
+        if (then != 0u && frame.index + 1u - then <= lasts) return true;
     }
     return false;
 }
