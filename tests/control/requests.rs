@@ -21,7 +21,6 @@ fn lines_that_are_no_request_change_nothing() {
         ("{\"do\": \"set\", \"param\": \"sky_dpeth\", \"value\": 1}", "did you mean `sky_depth`"),
         ("{\"do\": \"set\", \"param\": \"sky_depth\", \"value\": {}}", "`value` is a number"),
         ("{\"do\": \"picture\"}", ""),
-        ("{\"do\": \"screenshot\", \"path\": \"/no/folder/a.png\"}", "does not exist"),
         ("{\"do\": \"buffer\", \"buffer\": \"depth\", \"bytes\": 4}", ""),
     ] {
         let answer = talk.say(line);
@@ -35,6 +34,9 @@ fn lines_that_are_no_request_change_nothing() {
     assert_eq!(talk.ask(json!({ "do": "step", "frames": 2 }))["frame"], json!(1));
     let pixel = talk.ask(json!({ "do": "pixel", "target": "hit", "x": 3, "y": 2 }));
     assert_eq!((pixel["format"].as_str(), pixel["values"].as_array().unwrap().len()), (Some("rg32ui"), 2));
+    // There is a picture now, and no folder for it.
+    let answer = talk.say("{\"do\": \"screenshot\", \"path\": \"/no/folder/a.png\"}");
+    assert!(answer["error"].as_str().unwrap().contains("does not exist"), "{answer}");
     assert!(!talk.ask(json!({ "do": "timings" }))["passes"].as_array().unwrap().is_empty());
     talk.ask(json!({ "do": "quit" }));
     assert!(talk.child.finish().success());
