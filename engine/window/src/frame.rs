@@ -373,6 +373,10 @@ impl Viewer<'_> {
                         self.unshown = false;
                         return Ok(true);
                     }
+                    // Those who wait for other copies free one soon.
+                    Err(ReadError::Execute(ExecuteError::Gpu(raxel_gpu::Error::ReadbacksInFlight { .. }))) => {
+                        return Ok(false);
+                    }
                     Err(error) => return Err(error.into()),
                 }
                 open.present_taken(visible)

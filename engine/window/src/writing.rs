@@ -102,20 +102,23 @@ impl Whole {
 }
 
 impl Writings {
-    /// Writes a file of this name and extension in the current folder that does not exist yet.
+    /// Writes contents to a file of this name and extension in the current folder that does not exist yet.
     ///
     /// # Errors
     /// Too many are being written, in one line.
-    fn write(
+    fn write<T>(
         &mut self,
         name: &str,
         extension: &'static str,
-        write: impl FnOnce(&Path) -> Result + Send + 'static,
+        contents: impl FnOnce() -> Result<T> + Send + 'static,
+        write: impl FnOnce(&Path, T) -> Result + Send + 'static,
     ) -> std::result::Result<(), String> {
         let (named, places) = (name.to_owned(), self.places.clone());
         self.begin(format!("{name}.{extension}"), move || {
+            // First, which ends the ticket of a copy: frames need tickets too, and there are only a few. A disk may take long.
+            let contents = contents()?;
             let place = Place::free(&named, extension, &places);
-            write(&place.path)?;
+            write(&place.path, contents)?;
             Ok(Written::File(place.path.clone()))
         })
     }
@@ -149,8 +152,9 @@ impl Writings {
     }
 }
 
-/// A copy, once it has come. A thread that writes it waits here.
-fn awaited<T>(ticket: &ReadTicket<T>) -> Result<T> {
+/// A copy, once it has come. A thread that writes it waits here. The ticket ends with it.
+#[expect(clippy::needless_pass_by_value, reason = "a ticket that is held keeps others from being made")]
+fn awaited<T>(ticket: ReadTicket<T>) -> Result<T> {
     loop {
         match ticket.poll() {
             Ok(Some(copy)) => return Ok(copy),
@@ -176,7 +180,7 @@ impl Viewer<'_> {
         // A copy within a frame has to be made by the next one.
         let at_end = shown.after.is_none() && shown.age == 0;
         match at_end.then(|| self.session.request_buffer(&shown.resource, 0..total)) {
-            Some(Ok(ticket)) => self.write_bytes(&shown, move || awaited(&ticket)),
+            Some(Ok(ticket)) => self.write_bytes(&shown, move || awaited(ticket)),
             Some(Err(_)) | None => self.inspector.copy(CopiedFor::Table, shown),
         }
     }
@@ -194,7 +198,7 @@ impl Viewer<'_> {
         let Some(elements) = Elements::of(self.session.graph(), name) else {
             return self.warn(format!("{name}.csv is not written: the graph has no such buffer any more"));
         };
-        let begun = self.writings.write(name, "csv", move |path| Whole { elements, bytes: bytes()? }.write(path));
+        let begun = self.writings.write(name, "csv", bytes, move |path, bytes| Whole { elements, bytes }.write(path));
         self.said(begun);
     }
 
@@ -203,8 +207,8 @@ impl Viewer<'_> {
         let ticket = self.session.request_picture()?;
         let frame = self.session.clock().now().map_or(0, |time| time.index);
         let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
-        let write = move |path: &Path| Ok(raxel_output::write_picture(Pending::new(path)?, &awaited(&ticket)?)?);
-        let begun = self.writings.write(&name, "png", write);
+        let write = |path: &Path, picture| Ok(raxel_output::write_picture(Pending::new(path)?, &picture)?);
+        let begun = self.writings.write(&name, "png", move || awaited(ticket), write);
         self.said(begun);
         Ok(())
     }
@@ -313,18 +317,29 @@ mod tests {
     fn files_on_a_slow_disk_are_not_waited_for_and_there_are_not_too_many() {
         let (go, gate) = std::sync::mpsc::channel::<()>();
         let gate = Arc::new(Mutex::new(gate));
-        let mut writings = Writings::default();
+        let (mut writings, tickets) = (Writings::default(), Arc::new(()));
+        // To look for a free name is slow, too.
+        let slow = writings.places.clone();
+        let slow = lock(&slow);
         for _ in 0..MOST {
-            let gate = gate.clone();
-            let begun = writings.write("a picture", "png", move |_| {
+            let (gate, ticket) = (gate.clone(), tickets.clone());
+            let contents = move || {
+                drop(ticket);
+                Ok(())
+            };
+            let begun = writings.write("a picture", "png", contents, move |_, ()| {
                 let _ = gate.lock().map(|gate| gate.recv());
                 Ok(())
             });
             assert_eq!(begun, Ok(()));
         }
-        let refused = writings.write("b", "csv", |_| Ok(())).unwrap_err();
+        let refused = writings.write("b", "csv", || Ok(()), |_, ()| Ok(())).unwrap_err();
         assert_eq!(refused, "b.csv is not written: 8 other files are being written");
         assert_eq!(writings.done(), []);
+        while Arc::strong_count(&tickets) > 1 {
+            thread::sleep(LOOK);
+        }
+        drop(slow);
         while lock(&writings.places).len() < MOST {
             thread::sleep(LOOK);
         }
