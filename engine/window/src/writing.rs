@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use raxel_execute::{Captured, Progress, ReadTicket};
 use raxel_output::{Pending, Table, shown, take_name, write_take};
 use raxel_panels::view::Shown;
-use raxel_runtime::ReadError;
+use raxel_runtime::{ReadError, Session};
 use raxel_runtime::project::Project;
 use raxel_runtime::session::TakeSoFar;
 use raxel_terminal::failure::{Exit, Failure, Result};
@@ -35,6 +35,26 @@ const DEVICE: Duration = Duration::from_secs(8);
 struct Whole {
     elements: Elements,
     bytes: Vec<u8>,
+}
+
+/// The device at the end of a window.
+#[derive(Default)]
+pub(super) struct Ending {
+    /// To wait for a device that was abandoned would open it again.
+    abandoned: bool,
+}
+
+impl Ending {
+    /// Whether the device still works. Waits for it for a moment, unless it was abandoned.
+    pub(crate) fn device_works(&self, session: &mut Session) -> bool {
+        !self.abandoned && !matches!(session.wait_picture(SLICE), Ok(Progress::Done))
+    }
+
+    /// Gives up the work of the device. Copies that it has not made are reported as lost.
+    pub(crate) fn abandon(&mut self, session: &mut Session) {
+        session.abandon_device();
+        self.abandoned = true;
+    }
 }
 
 /// The files that are being written.
@@ -264,8 +284,8 @@ impl Viewer<'_> {
     }
 
     /// At the end: waits for the files that are being written.
-    pub(super) fn finish_writing(&mut self) {
-        let (began, mut told, mut abandoned) = (Instant::now(), false, false);
+    pub(super) fn finish_writing(&mut self, ending: &mut Ending) {
+        let (began, mut told) = (Instant::now(), false);
         loop {
             self.report_written();
             let mut control = self.control.take();
@@ -280,11 +300,8 @@ impl Viewer<'_> {
                 let names = if names.is_empty() { "the program's file".to_owned() } else { names.join(", ") };
                 self.console.message(&format!("waits until {names} is written; Ctrl+C gives it up"));
             }
-            let works = !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done));
-            if works && !abandoned && began.elapsed() > DEVICE {
-                // Copies that it has not made are reported as lost.
-                self.session.abandon_device();
-                abandoned = true;
+            if ending.device_works(&mut self.session) && began.elapsed() > DEVICE {
+                ending.abandon(&mut self.session);
             }
             thread::sleep(LOOK);
         }
@@ -297,6 +314,22 @@ const TAKE: &str = "the take";
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panel_data::tests::{FILL, open};
+
+    #[test]
+    fn a_device_that_was_abandoned_is_not_opened_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let graph = "name = \"one\"\npresent = \"a\"\n[targets.a]\nformat = \"r32f\"\n\
+            [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n";
+        let mut session = open(&folder, &[("graphs/one.toml", graph), ("shaders/fill.comp", FILL)]);
+        session.frame().unwrap();
+        session.wait().unwrap();
+        let (device, mut ending) = (session.device().id(), Ending::default());
+        assert!(!ending.device_works(&mut session));
+        ending.abandon(&mut session);
+        assert!(!ending.device_works(&mut session));
+        assert_eq!(session.device().id(), device);
+    }
 
     /// A buffer of this many words.
     fn words(count: u32) -> Whole {
