@@ -96,7 +96,7 @@ const MOST_GIVEN_UP: usize = 2;
 
 struct Waiting {
     id: Value,
-    /// It is refused then.
+    /// An edit that did not come is refused then. Everything else has no deadline.
     until: Instant,
     awaits: Awaited,
 }
@@ -408,7 +408,7 @@ impl Control {
                 None => None,
             },
             Awaited::Edit if late => Some(Err(Refusal::new("no edit came in that time"))),
-            Awaited::File(_, path) | Awaited::Opening(path) if late => {
+            Awaited::Opening(path) if late => {
                 let help = vec!["the event `reloaded` or `reload-failed` comes once it is opened".to_owned()];
                 Some(Err(Refusal { error: format!("`{path}` was not opened in that time"), help }))
             }
