@@ -28,6 +28,7 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use raxel_execute::{PassPrints, Progress};
 use raxel_runtime::reload::{ProjectFile, ReloadEvent};
+use raxel_runtime::session::TakeIdentity;
 use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
@@ -117,8 +118,8 @@ enum Awaited {
     Times,
     /// The line of the answer.
     Line(Later<String>),
-    /// A take that is written.
-    Take(Later<Value>),
+    /// This take is written.
+    Take(Later<Value>, TakeIdentity),
     /// A search.
     Find(Box<Finding>),
 }
@@ -139,7 +140,7 @@ impl Awaited {
 
     /// Whether files may be written meanwhile.
     fn writes(&self) -> bool {
-        matches!(self, Self::Line(_) | Self::Take(_))
+        matches!(self, Self::Line(_) | Self::Take(..))
     }
 }
 
@@ -388,10 +389,10 @@ impl Control {
                 Err(error) => Some(Err(error.into())),
             },
             Awaited::Figures(figures) => figures.poll(),
-            Awaited::Take(take) => {
-                let written = take.poll();
+            Awaited::Take(later, take) => {
+                let written = later.poll();
                 if matches!(written, Some(Ok(_))) {
-                    host.session().stop_recording();
+                    host.session().stop_recording_of(take);
                 }
                 written
             }
@@ -439,7 +440,7 @@ impl Control {
             }
             (Drive::Requests, work) => return self.give(&id, work.finish(host.session())),
             (Drive::Window, Work::Answer(later)) => Awaited::Line(later.into_line(id.clone())),
-            (Drive::Window, Work::Take(later)) => Awaited::Take(later),
+            (Drive::Window, Work::Take(later, take)) => Awaited::Take(later, take),
             (Drive::Window, Work::Find(finding)) => Awaited::Find(finding),
         };
         self.wait(id, 0.0, awaits);

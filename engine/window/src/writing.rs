@@ -12,7 +12,7 @@ use raxel_output::{Pending, Table, shown, take_name, write_take};
 use raxel_panels::view::Shown;
 use raxel_runtime::{ReadError, Session};
 use raxel_runtime::project::Project;
-use raxel_runtime::session::TakeSoFar;
+use raxel_runtime::session::{TakeIdentity, TakeSoFar};
 use raxel_terminal::failure::{Exit, Failure, Result};
 
 use super::elements::Elements;
@@ -61,12 +61,16 @@ impl Ending {
 #[derive(Default)]
 pub(super) struct Writings {
     running: Vec<Writing>,
+    /// The last take could not be written, which was reported: it is not tried again by itself.
+    refused_take: bool,
     /// Files that have no contents yet. Only threads look at them: to look whether a file exists may take long.
     places: Arc<Mutex<BTreeSet<PathBuf>>>,
 }
 
 struct Writing {
     what: String,
+    /// The take that it is.
+    take: Option<TakeIdentity>,
     thread: JoinHandle<Result<Written>>,
 }
 
@@ -134,7 +138,7 @@ impl Writings {
         write: impl FnOnce(&Path, T) -> Result + Send + 'static,
     ) -> std::result::Result<(), String> {
         let (named, places) = (name.to_owned(), self.places.clone());
-        self.begin(format!("{name}.{extension}"), move || {
+        self.begin(format!("{name}.{extension}"), None, move || {
             // First, which ends the ticket of a copy: frames need tickets too, and there are only a few. A disk may take long.
             let contents = contents()?;
             let place = Place::free(&named, extension, &places);
@@ -151,22 +155,24 @@ impl Writings {
     fn begin(
         &mut self,
         what: String,
+        take: Option<TakeIdentity>,
         write: impl FnOnce() -> Result<Written> + Send + 'static,
     ) -> std::result::Result<(), String> {
         if !self.has_room() {
             return Err(format!("{what} is not written: {MOST} other files are being written"));
         }
-        self.running.push(Writing { what, thread: thread::spawn(write) });
+        self.running.push(Writing { what, take, thread: thread::spawn(write) });
         Ok(())
     }
 
-    /// The files that are done.
-    fn done(&mut self) -> Vec<Result<Written>> {
+    /// The files that are done, each with the take that it is.
+    fn done(&mut self) -> Vec<(Option<TakeIdentity>, Result<Written>)> {
         let ended = self.running.extract_if(.., |writing| writing.thread.is_finished());
-        let result = |Writing { what, thread }| {
+        let result = |Writing { what, take, thread }| {
             // A panic of the thread was shown when it happened.
-            let lost = |_| Err(Failure::new(Exit::Usage, format!("`{what}` was not written")));
-            thread.join().unwrap_or_else(lost)
+            let lost = |_| Err(Failure::new(Exit::Usage, format!("{what} was not written")));
+            let result = thread.join().unwrap_or_else(lost);
+            (take, result)
         };
         ended.map(result).collect()
     }
@@ -234,47 +240,62 @@ impl Viewer<'_> {
     }
 
     /// Writes the take so far. The recording goes on until the file is there: if it cannot be written, nothing is lost.
-    pub(super) fn write_take(&mut self) {
-        if self.writes_take() {
+    fn write_take(&mut self) {
+        // A request of the program may write it, too.
+        if self.session.is_take_written() {
             return self.notice("the take is being written".to_owned());
         }
         match self.session.take_so_far() {
             Ok(take) => {
                 let project = self.session.project().clone();
-                let begun = self.writings.begin(TAKE.to_owned(), move || written(&project, &take).map(Written::Take));
+                let identity = Some(take.identity());
+                let write = move || written(&project, &take).map(Written::Take);
+                let begun = self.writings.begin("the take".to_owned(), identity, write);
                 self.said(begun);
             }
             Err(error) => self.warn(error.to_string()),
         }
     }
 
-    /// Whether a take is being written.
-    pub(super) fn writes_take(&self) -> bool {
-        self.writings.running.iter().any(|writing| writing.what == TAKE)
-    }
-
     /// Reports the files that are written.
     pub(super) fn report_written(&mut self) {
-        let took = self.writes_take();
-        let all = self.writings.done();
-        let failed = took && !self.writes_take() && !all.iter().any(|done| matches!(done, Ok(Written::Take(_))));
-        for done in all {
+        for (take, done) in self.writings.done() {
             match done {
                 Ok(Written::File(path)) => self.say(format!("wrote {}", shown(&path))),
                 Ok(Written::Take(said)) => {
-                    self.session.stop_recording();
+                    take.iter().for_each(|take| self.session.stop_recording_of(take));
                     self.say(said);
                 }
                 Err(failure) => {
+                    self.writings.refused_take |= take.is_some();
                     self.notice(failure.message.clone().unwrap_or_default());
                     self.console.failure(&failure);
                 }
             }
         }
-        if failed && self.session.recording().is_some_and(|(_, ended)| ended.is_some()) {
-            // It was reported once, and would be written again in each frame.
-            self.session.stop_recording();
+    }
+
+    /// Writes a take that has ended by itself. If that fails, the user may press the key again.
+    pub(super) fn end_take(&mut self) {
+        let ended = self.session.recording().filter(|(_, ended)| ended.is_some());
+        match ended {
+            // Another take may be written.
+            None => self.writings.refused_take = false,
+            // It ended before its first frame: there is nothing to write.
+            Some((seconds, _)) if seconds <= 0.0 && self.writings.refused_take => self.session.stop_recording(),
+            Some(_) => {
+                // While too many other files are being written, the take waits.
+                if !self.writings.refused_take && !self.session.is_take_written() && self.writings.has_room() {
+                    self.write_take();
+                }
+            }
         }
+    }
+
+    /// Writes the take, whether it could be written before or not.
+    pub(super) fn write_take_again(&mut self) {
+        self.writings.refused_take = false;
+        self.write_take();
     }
 
     /// Says something on the terminal and in the bar.
@@ -307,9 +328,6 @@ impl Viewer<'_> {
         }
     }
 }
-
-/// A take, among the files that are being written.
-const TAKE: &str = "the take";
 
 #[cfg(test)]
 mod tests {
@@ -368,7 +386,7 @@ mod tests {
         }
         let refused = writings.write("b", "csv", || Ok(()), |_, ()| Ok(())).unwrap_err();
         assert_eq!(refused, "b.csv is not written: 8 other files are being written");
-        assert_eq!(writings.done(), []);
+        assert!(writings.done().is_empty());
         while Arc::strong_count(&tickets) > 1 {
             thread::sleep(LOOK);
         }
@@ -384,7 +402,7 @@ mod tests {
         let paths: BTreeSet<PathBuf> = all
             .into_iter()
             .map(|done| match done {
-                Ok(Written::File(path)) => path,
+                (_, Ok(Written::File(path))) => path,
                 other => panic!("{other:?}"),
             })
             .collect();
