@@ -59,6 +59,9 @@ impl Viewer<'_> {
             return self.draw_mistakes(event_loop);
         }
         event_loop.set_control_flow(ControlFlow::Poll);
+        // Threads that read or write files do not wait for the device.
+        self.report_written();
+        self.touched |= self.files.take();
         if self.window.is_none() {
             return Ok(());
         }
@@ -111,8 +114,6 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.look_at_log();
-        self.report_written();
-        self.touched |= self.files.take();
         let printed = self.session.take_prints();
         self.printed.say(&printed, self.console);
         let said = self.session.take_messages();
