@@ -105,9 +105,13 @@ impl Inspector {
     pub(crate) fn copy(&mut self, purpose: CopiedFor, shown: Shown) {
         let same = |wish: &mut Wish| std::mem::discriminant(&wish.purpose) == std::mem::discriminant(&purpose);
         self.given_up.extend(self.copying.extract_if(.., same).map(|wish| (wish.purpose, wish.shown)));
+        // A copy on its way is of an earlier frame. Another wish may wait for it: then the next copy follows it.
+        let awaited = Some(self.given + 1);
+        if !self.copying.iter().any(|wish| wish.number == awaited) {
+            self.on_its_way = None;
+        }
         self.copying.push(Wish { purpose, shown, number: None });
-        // A copy on its way is of an earlier frame.
-        (self.on_its_way, self.stale, self.asked) = (None, true, None);
+        (self.stale, self.asked) = (true, None);
     }
 
     /// Whether a copy was asked for that is not there yet.
@@ -660,6 +664,26 @@ mod tests {
                 Some(inspector.copied()).filter(|copied| !copied.is_empty())
             });
             assert_eq!(copied.iter().map(|(purpose, _)| *purpose).collect::<Vec<_>>(), [CopiedFor::Keeping(3)]);
+            // A wish while the copy for another one is on its way. Both get what was shown for them.
+            let first = shown(&session);
+            inspector.copy(CopiedFor::Keeping(4), first.clone());
+            inspector.ask(&mut session);
+            session.frame().unwrap();
+            session.wait().unwrap();
+            inspector.on_its_way = session.captured().map(|ticket| (first.clone(), ticket));
+            inspector.copying[0].number = Some(inspector.given + 1);
+            session.set_debug_target_text(target).unwrap();
+            let second = shown(&session);
+            inspector.copy(CopiedFor::Measuring, second.clone());
+            assert!(inspector.on_its_way.is_some());
+            let mut copied = Vec::new();
+            eventually(|| {
+                frame(&mut inspector, &mut session);
+                copied.extend(inspector.copied());
+                (copied.len() == 2).then_some(())
+            });
+            let copied: Vec<_> = copied.iter().map(|(purpose, copy)| (*purpose, copy.shown.clone())).collect();
+            assert_eq!(copied, [(CopiedFor::Keeping(4), first), (CopiedFor::Measuring, second)]);
         }
     }
 }
