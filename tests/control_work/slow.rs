@@ -93,6 +93,28 @@ fn a_picture_that_is_slow_to_read_holds_up_no_frame_and_is_given_up() {
     }
 }
 
+/// A file that was given up is read to its end, so a few are given up at once, and no more.
+#[test]
+fn at_most_two_pictures_that_are_slow_to_read_are_given_up() {
+    let mut stage = slow(Project::empty(), Runs::Window, &[], "slow.exr");
+    stage.ask(json!({ "do": "screenshot", "path": "fast.exr" }));
+    fs::copy(stage.project.path("fast.exr"), stage.project.path("slow.exr")).unwrap();
+    stage.close_gate();
+    for given_up in [true, true, false] {
+        stage.send(&json!({ "do": "keep", "path": "slow.exr" }));
+        stage.send(&json!({ "do": "forget" }));
+        if given_up {
+            assert_eq!(stage.talk.answer()["ok"], json!(false));
+            assert_eq!(stage.talk.answer()["ok"], json!(true));
+        }
+    }
+    stage.goes_on();
+    stage.open_gate();
+    assert_eq!(stage.talk.answer()["kept"], json!("slow.exr, 64 × 64"));
+    assert_eq!(stage.talk.answer()["ok"], json!(true));
+    stage.ends();
+}
+
 #[test]
 fn a_file_that_is_slow_to_write_holds_up_no_frame_and_answers_keep_their_order() {
     let mut stage = slow(Project::empty(), Runs::Window, &[], "slow/");

@@ -88,8 +88,8 @@ struct Ahead {
     line: Result<String, Refusal>,
     /// It gives up a picture that is being kept.
     ends_keep: bool,
-    /// It keeps another one.
-    keeps: bool,
+    /// It ends the conversation.
+    quits: bool,
 }
 
 /// Most threads that go on reading pictures that were given up. A program could ask for more files than the machine can decode at once.
@@ -365,12 +365,12 @@ impl Control {
             }
             let request = line.as_ref().ok().and_then(|line| request::parse(line).1.ok());
             let is = |what: fn(&Request) -> bool| request.as_ref().is_some_and(what);
-            let (ends_keep, keeps) = (is(Request::ends_keep), is(|request| matches!(request, Request::Keep(_))));
-            self.ahead = Some(Ahead { line, ends_keep, keeps });
+            let (ends_keep, quits) = (is(Request::ends_keep), is(|request| matches!(request, Request::Quit {})));
+            self.ahead = Some(Ahead { line, ends_keep, quits });
         }
         // One clone is that of `self`, and one reads for the request that waits.
         let given_up = Arc::strong_count(&self.reading).saturating_sub(2);
-        self.ahead.as_ref().is_some_and(|ahead| ahead.ends_keep && (!ahead.keeps || given_up < MOST_GIVEN_UP))
+        self.ahead.as_ref().is_some_and(|ahead| ahead.ends_keep && (ahead.quits || given_up < MOST_GIVEN_UP))
     }
 
     /// Answers with what has come, and gives up waiting for an edit that does not come.
