@@ -5,6 +5,7 @@ use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
 use raxel_runtime::session::TakeIdentity;
+use raxel_workbench::kept::Kept;
 use raxel_workbench::{demo, tracks};
 use serde_json::{Map, Value, json};
 
@@ -277,6 +278,17 @@ fn placed(session: &Session, moved: &CameraMove) -> Result<Camera, Refusal> {
     camera.pitch = pitch.map_or(camera.pitch, f64::to_radians);
     camera.fov = fov.map_or(camera.fov, f64::to_radians);
     Ok(camera)
+}
+
+/// Keeps a picture that has come, or gives up its request.
+pub(super) fn keep(host: &mut dyn Host, kept: Result<Kept, Refusal>, number: u64) -> Result<Value, Refusal> {
+    let kept = kept.inspect_err(|_| host.give_up_kept(number))?;
+    let name = kept.name.clone();
+    if host.keep(kept, number) {
+        Ok(json!({ "kept": name }))
+    } else {
+        Err(Refusal::new("the window was asked for another picture, or for none, meanwhile"))
+    }
 }
 
 /// Writes the take so far as a demo.

@@ -396,18 +396,16 @@ impl Control {
                 }
                 written
             }
-            Awaited::Kept { kept, number, from_file } => match kept.poll() {
-                Some(kept) => Some(kept.and_then(|kept| {
-                    let name = kept.name.clone();
-                    let stays = "another picture was kept in the window meanwhile";
-                    if host.keep(kept, *number) { Ok(json!({ "kept": name })) } else { Err(Refusal::new(stays)) }
-                })),
-                None if *from_file && self.ends_keep() => {
-                    let help = vec!["wait for its answer before `keep`, `forget` or `quit`".to_owned()];
-                    Some(Err(Refusal { error: "the next request gave it up".to_owned(), help }))
-                }
-                None => None,
-            },
+            Awaited::Kept { kept, number, from_file } => {
+                let kept = match kept.poll() {
+                    None if *from_file && self.ends_keep() => {
+                        let help = vec!["wait for its answer before `keep`, `forget` or `quit`".to_owned()];
+                        Some(Err(Refusal { error: "the next request gave it up".to_owned(), help }))
+                    }
+                    kept => kept,
+                };
+                kept.map(|kept| answer::keep(host, kept, *number))
+            }
             Awaited::Edit if late => Some(Err(Refusal::new("no edit came in that time"))),
             Awaited::Opening(path) if late => {
                 let help = vec!["the event `reloaded` or `reload-failed` comes once it is opened".to_owned()];

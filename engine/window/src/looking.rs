@@ -236,7 +236,11 @@ impl Viewer<'_> {
                     let display = self.inspector.display_of(self.session.graph(), &copy.shown);
                     self.comparing.measure(&name, texels, display);
                 }
-                (CopiedFor::Keeping(_) | CopiedFor::Measuring, None) => {
+                (CopiedFor::Keeping(number), None) => {
+                    let said = self.comparing.give_up_number(number, "a buffer is shown");
+                    self.notice(said.unwrap_or_else(|| no_picture(&copy.shown)));
+                }
+                (CopiedFor::Measuring, None) => {
                     self.comparing.give_up_figures("a buffer is shown");
                     self.notice(no_picture(&copy.shown));
                 }
