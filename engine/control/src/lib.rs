@@ -202,6 +202,11 @@ impl Control {
         self.waiting.as_ref().is_some_and(|waiting| matches!(waiting.awaits, Awaited::Times))
     }
 
+    /// Whether a request waits for its answer: [`Self::poll`] looks for it.
+    pub fn awaits(&self) -> bool {
+        self.waiting.is_some()
+    }
+
     /// At the end of a window: waits for files that a request writes. Whether there are any: it looks, and waits no longer than a moment.
     pub fn is_writing(&mut self, host: &mut dyn Host) -> bool {
         if !self.waiting.as_ref().is_some_and(|waiting| waiting.awaits.writes()) {

@@ -73,7 +73,10 @@ impl Viewer<'_> {
         if let Some(at) = self.next_frame()
             && Instant::now() < at
         {
-            event_loop.set_control_flow(ControlFlow::WaitUntil(at));
+            // An answer that is awaited, and the end of a file, do not wait for the frame.
+            let awaited = self.control.as_ref().is_some_and(Control::awaits) || self.writings.are_running();
+            let next = if awaited { at.min(Instant::now() + STILL) } else { at };
+            event_loop.set_control_flow(ControlFlow::WaitUntil(next));
             return Ok(());
         }
         // A program asks for the times of the last frame: they are there once it has ended.

@@ -147,6 +147,11 @@ impl Writings {
         })
     }
 
+    /// Whether files are being written.
+    pub(crate) fn are_running(&self) -> bool {
+        !self.running.is_empty()
+    }
+
     /// Whether one more file can be written.
     pub(crate) fn has_room(&self) -> bool {
         self.running.len() < MOST
