@@ -178,7 +178,7 @@ material = "red"
 fn keys_that_write_or_list_files_hold_up_no_frame() {
     let project = Project::empty();
     project.write("worlds/box.toml", WORLD);
-    let stage = slow(project, Runs::Window, &["--world", "worlds/box.toml"], "/.raxel-:/graphs");
+    let mut stage = slow(project, Runs::Window, &["--world", "worlds/box.toml"], "/.raxel-:/graphs");
     let window = stage.display.as_ref().unwrap().xdotool(&["search", "--name", "printing"]).trim().to_owned();
     stage.display.as_ref().unwrap().xdotool(&["windowfocus", "--sync", &window]);
     let title = |stage: &Stage| stage.display.as_ref().unwrap().xdotool(&["getwindowname", &window]);
@@ -197,6 +197,7 @@ fn keys_that_write_or_list_files_hold_up_no_frame() {
     stage.goes_on();
     assert!(pictures(&stage) == 0 && !take.exists());
     assert!(title(&stage).contains("recording"), "the take goes on until it is written");
+    assert!(stage.refused(json!({ "do": "stop" })).contains("the take is being written"));
     stage.open_gate();
     eventually("the files are written", || pictures(&stage) == 1 && take.exists());
     eventually("the take has ended", || !title(&stage).contains("recording"));

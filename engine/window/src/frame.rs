@@ -132,6 +132,7 @@ impl Viewer<'_> {
             self.data.drop_thumbnails();
         }
         if inspects {
+            self.inspector.generation = self.reloads.shown;
             self.touched |= self.inspector.take(&mut self.session, &report);
             self.end_search();
             self.take_copies();

@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 use raxel_execute::{Captured, Progress, ReadTicket};
 use raxel_output::{Pending, Table, shown, take_name, write_take};
 use raxel_panels::view::Shown;
-use raxel_runtime::{ReadError, Session};
 use raxel_runtime::project::Project;
 use raxel_runtime::session::{TakeIdentity, TakeSoFar};
+use raxel_runtime::{ReadError, Session};
 use raxel_terminal::failure::{Exit, Failure, Result};
 
 use super::elements::Elements;
@@ -175,7 +175,7 @@ impl Writings {
         let ended = self.running.extract_if(.., |writing| writing.thread.is_finished());
         let result = |Writing { what, take, thread }| {
             // A panic of the thread was shown when it happened.
-            let lost = |_| Err(Failure::new(Exit::Usage, format!("{what} was not written")));
+            let lost = |_| Err(Failure::new(Exit::Usage, format!("`{what}` was not written")));
             let result = thread.join().unwrap_or_else(lost);
             (take, result)
         };
@@ -211,23 +211,31 @@ impl Viewer<'_> {
         // A copy within a frame has to be made by the next one.
         let at_end = shown.after.is_none() && shown.age == 0;
         match at_end.then(|| self.session.request_buffer(&shown.resource, 0..total)) {
-            Some(Ok(ticket)) => self.write_bytes(&shown, move || awaited(ticket)),
+            Some(Ok(ticket)) => {
+                let elements = Elements::of(self.session.graph(), &shown.resource);
+                self.write_bytes(&shown, elements, move || awaited(ticket));
+            }
             Some(Err(_)) | None => self.inspector.copy(CopiedFor::Table, shown),
         }
     }
 
     /// Writes a copy of a whole buffer that a frame has made.
-    pub(super) fn write_copied(&mut self, shown: &Shown, copy: Arc<Captured>) {
-        self.write_bytes(shown, move || match &*copy {
+    pub(super) fn write_copied(&mut self, shown: &Shown, elements: Option<Elements>, copy: Arc<Captured>) {
+        self.write_bytes(shown, elements, move || match &*copy {
             Captured::Bytes { bytes, .. } => Ok(bytes.clone()),
             Captured::Texels(_) => Ok(Vec::new()),
         });
     }
 
-    fn write_bytes(&mut self, shown: &Shown, bytes: impl FnOnce() -> Result<Vec<u8>> + Send + 'static) {
+    fn write_bytes(
+        &mut self,
+        shown: &Shown,
+        elements: Option<Elements>,
+        bytes: impl FnOnce() -> Result<Vec<u8>> + Send + 'static,
+    ) {
         let name = &shown.resource;
-        let Some(elements) = Elements::of(self.session.graph(), name) else {
-            return self.warn(format!("{name}.csv is not written: the graph has no such buffer any more"));
+        let Some(elements) = elements else {
+            return self.warn(format!("{name}.csv is not written: the graph has no such buffer"));
         };
         let begun = self.writings.write(name, "csv", bytes, move |path, bytes| Whole { elements, bytes }.write(path));
         self.said(begun);
@@ -268,7 +276,9 @@ impl Viewer<'_> {
             match done {
                 Ok(Written::File(path)) => self.say(format!("wrote {}", shown(&path))),
                 Ok(Written::Take(said)) => {
-                    take.iter().for_each(|take| self.session.stop_recording_of(take));
+                    if let Some(take) = &take {
+                        self.session.stop_recording_of(take);
+                    }
                     self.say(said);
                 }
                 Err(failure) => {
