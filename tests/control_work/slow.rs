@@ -93,6 +93,28 @@ fn a_picture_that_is_slow_to_read_holds_up_no_frame_and_is_given_up() {
     }
 }
 
+/// A file that was given up is read to its end, so a few are given up at once, and no more.
+#[test]
+fn at_most_two_pictures_that_are_slow_to_read_are_given_up() {
+    let mut stage = slow(Project::empty(), Runs::Window, &[], "slow.exr");
+    stage.ask(json!({ "do": "screenshot", "path": "fast.exr" }));
+    fs::copy(stage.project.path("fast.exr"), stage.project.path("slow.exr")).unwrap();
+    stage.close_gate();
+    for given_up in [true, true, false] {
+        stage.send(&json!({ "do": "keep", "path": "slow.exr" }));
+        stage.send(&json!({ "do": "forget" }));
+        if given_up {
+            assert_eq!(stage.talk.answer()["ok"], json!(false));
+            assert_eq!(stage.talk.answer()["ok"], json!(true));
+        }
+    }
+    stage.goes_on();
+    stage.open_gate();
+    assert_eq!(stage.talk.answer()["kept"], json!("slow.exr, 64 × 64"));
+    assert_eq!(stage.talk.answer()["ok"], json!(true));
+    stage.ends();
+}
+
 #[test]
 fn a_file_that_is_slow_to_write_holds_up_no_frame_and_answers_keep_their_order() {
     let mut stage = slow(Project::empty(), Runs::Window, &[], "slow/");
@@ -130,6 +152,14 @@ fn folders_that_are_slow_to_list_hold_up_no_frame() {
     stage.goes_on();
     stage.open_gate();
     assert_eq!(stage.talk.answer()["opened"], json!(true));
+    // A short wait refuses no file before its folder is listed: it is opened all the same.
+    stage.project.write("graphs/other.toml", stage.read("graphs/printing.toml").replace("\"printing\"", "\"other\""));
+    stage.close_gate();
+    stage.send(&json!({ "do": "open", "path": "graphs/other.toml", "seconds": 0 }));
+    stage.goes_on();
+    stage.open_gate();
+    stage.talk.answer();
+    eventually("it is opened", || stage.ask(json!({ "do": "info" }))["graph"] == json!("graphs/other.toml"));
     stage.ends();
 }
 
@@ -148,7 +178,7 @@ material = "red"
 fn keys_that_write_or_list_files_hold_up_no_frame() {
     let project = Project::empty();
     project.write("worlds/box.toml", WORLD);
-    let stage = slow(project, Runs::Window, &["--world", "worlds/box.toml"], "/.raxel-:/graphs");
+    let mut stage = slow(project, Runs::Window, &["--world", "worlds/box.toml"], "/.raxel-:/graphs");
     let window = stage.display.as_ref().unwrap().xdotool(&["search", "--name", "printing"]).trim().to_owned();
     stage.display.as_ref().unwrap().xdotool(&["windowfocus", "--sync", &window]);
     let title = |stage: &Stage| stage.display.as_ref().unwrap().xdotool(&["getwindowname", &window]);
@@ -167,6 +197,7 @@ fn keys_that_write_or_list_files_hold_up_no_frame() {
     stage.goes_on();
     assert!(pictures(&stage) == 0 && !take.exists());
     assert!(title(&stage).contains("recording"), "the take goes on until it is written");
+    assert!(stage.refused(json!({ "do": "stop" })).contains("the take is being written"));
     stage.open_gate();
     eventually("the files are written", || pictures(&stage) == 1 && take.exists());
     eventually("the take has ended", || !title(&stage).contains("recording"));

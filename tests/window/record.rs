@@ -52,6 +52,42 @@ fn the_camera_is_recorded_into_the_demo() {
     assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
 }
 
+/// A take that has ended by itself stays until it can be written.
+#[test]
+fn a_take_that_cannot_be_written_is_written_by_a_later_key() {
+    let display = Display::start();
+    let project = Project::shipped();
+    let log_path = project.path("log");
+    let graph = ["run", "graphs/examples/paint.toml", "--world", "worlds/menger.toml"];
+    let options = ["--size", "320x180", "--no-panels"];
+    let mut child = Running::start(
+        command(project.root(), &[&graph[..], &options].concat())
+            .env("DISPLAY", &display.name)
+            .env_remove("WAYLAND_DISPLAY")
+            .stderr(fs::File::create(&log_path).unwrap()),
+    );
+    eventually("the empty canvas", || display.pixels(320, 180)[0].iter().all(|channel| *channel > 200));
+    let window = display.xdotool(&["search", "--name", "raxel"]).trim().to_owned();
+    let title = || display.xdotool(&["getwindowname", &window]);
+    display.xdotool(&["windowfocus", "--sync", &window]);
+    press(&display, "F9", "a take begins", || title().contains("· recording"));
+    let (worlds, away) = (project.path("worlds"), project.path("away"));
+    fs::rename(&worlds, &away).unwrap();
+    display.xdotool(&["windowsize", "--sync", &window, "200", "150"]);
+    let refused = || log(&log_path).matches("take.demo.toml").count();
+    eventually("it cannot be written", || refused() > 0);
+    let told = refused();
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(refused(), told, "once: {}", log(&log_path));
+    assert!(title().contains("· recording"), "{}", title());
+    fs::rename(&away, &worlds).unwrap();
+    press(&display, "F9", "the take is written", || log(&log_path).contains("wrote a take"));
+    assert!(log(&log_path).contains("it ended early"), "{}", log(&log_path));
+    eventually("the take has ended", || !title().contains("· recording"));
+    press(&display, "Escape", "it leaves", || child.ended());
+    assert_eq!(child.finish().code(), Some(0), "{}", log(&log_path));
+}
+
 /// A window of 600 × 400 with the picture, as red as its only param says, beside the slider of that param.
 struct Slider {
     display: Display,

@@ -4,6 +4,8 @@ use raxel_execute::TracedTexel;
 use raxel_runtime::Session;
 use raxel_runtime::camera::Camera;
 use raxel_runtime::debug_target::DebugTarget;
+use raxel_runtime::session::TakeIdentity;
+use raxel_workbench::kept::Kept;
 use raxel_workbench::{demo, tracks};
 use serde_json::{Map, Value, json};
 
@@ -40,8 +42,8 @@ pub(super) fn line(id: &Value, answer: Result<Value, Refusal>) -> Value {
 pub(super) enum Work {
     /// Another thread makes the answer.
     Answer(Later<Value>),
-    /// Another thread writes a take. The recording ends once it is written.
-    Take(Later<Value>),
+    /// Another thread writes this take. The recording ends once it is written.
+    Take(Later<Value>, TakeIdentity),
     /// A search.
     Find(Box<Finding>),
 }
@@ -54,7 +56,7 @@ pub(super) fn begin(
 ) -> Result<Result<Work, Refusal>, Box<Request>> {
     let session = host.session();
     let later = match request {
-        Request::Stop { name } => return Ok(stop_recording(session, name).map(Work::Take)),
+        Request::Stop { name } => return Ok(stop_recording(session, name)),
         Request::Find(wanted) => {
             return Ok(Finding::new(session, wanted, middle.cloned()).map(|finding| Work::Find(Box::new(finding))));
         }
@@ -84,10 +86,10 @@ impl Work {
     pub(crate) fn finish(self, session: &mut Session) -> Result<Value, Refusal> {
         match self {
             Work::Answer(mut later) => later.finish(session),
-            Work::Take(mut later) => {
+            Work::Take(mut later, take) => {
                 let written = later.finish(session);
                 if written.is_ok() {
-                    session.stop_recording();
+                    session.stop_recording_of(&take);
                 }
                 written
             }
@@ -278,17 +280,33 @@ fn placed(session: &Session, moved: &CameraMove) -> Result<Camera, Refusal> {
     Ok(camera)
 }
 
+/// Keeps a picture that has come, or gives up its request.
+pub(super) fn keep(host: &mut dyn Host, kept: Result<Kept, Refusal>, number: u64) -> Result<Value, Refusal> {
+    let kept = kept.inspect_err(|_| host.give_up_kept(number))?;
+    let name = kept.name.clone();
+    if host.keep(kept, number) {
+        Ok(json!({ "kept": name }))
+    } else {
+        Err(Refusal::new("the window was asked for another picture, or for none, meanwhile"))
+    }
+}
+
 /// Writes the take so far as a demo.
-fn stop_recording(session: &Session, name: Option<String>) -> Result<Later<Value>, Refusal> {
+fn stop_recording(session: &Session, name: Option<String>) -> Result<Work, Refusal> {
+    // The user of a window may have ended it.
+    if session.is_take_written() {
+        return Err(Refusal::new("the take is being written"));
+    }
     let take = session.take_so_far()?;
-    let project = session.project().clone();
-    Ok(Later::beside(move || {
+    let (project, identity) = (session.project().clone(), take.identity());
+    let written = Later::beside(move || {
         let name = raxel_output::take_name(&project, name.as_deref())?;
         let take = take.finish(&name)?;
         let path = raxel_output::write_take(&project, &name, &take)?;
         let ended = take.ended.map(|ended| ended.to_string());
         Ok(json!({ "path": path, "seconds": take.seconds, "ended": ended }))
-    }))
+    });
+    Ok(Work::Take(written, identity))
 }
 
 /// Runs frames; in a window that is paused, lets them pass.

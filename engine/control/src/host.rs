@@ -114,13 +114,16 @@ pub trait Host {
     /// The picture to compare with.
     fn kept(&self) -> Option<&Kept>;
 
-    /// A picture will be kept. Gives the number of the request, for [`Self::keep`]; a picture that was asked for before is given up.
+    /// A picture will be kept. Gives the number of the request, for [`Self::keep`] or [`Self::give_up_kept`]; a picture that was asked for before is given up.
     fn awaits_kept(&mut self) -> u64 {
         0
     }
 
-    /// Compares with another picture from now on. False if another one was asked for after this one, which stays.
+    /// Compares with another picture from now on. False if another one, or none, was asked for after this one: that counts.
     fn keep(&mut self, kept: Kept, number: u64) -> bool;
+
+    /// The picture of this request does not come; the answer says why.
+    fn give_up_kept(&mut self, _number: u64) {}
 
     /// Compares with none.
     fn forget(&mut self);

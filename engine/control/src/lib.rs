@@ -28,6 +28,7 @@ use std::time::{Duration, Instant};
 use raxel_diagnostics::{Diagnostic, SourceMap, render};
 use raxel_execute::{PassPrints, Progress};
 use raxel_runtime::reload::{ProjectFile, ReloadEvent};
+use raxel_runtime::session::TakeIdentity;
 use raxel_runtime::{OpenError, Session};
 use serde_json::{Value, json};
 
@@ -87,8 +88,8 @@ struct Ahead {
     line: Result<String, Refusal>,
     /// It gives up a picture that is being kept.
     ends_keep: bool,
-    /// It keeps another one.
-    keeps: bool,
+    /// It ends the conversation.
+    quits: bool,
 }
 
 /// Most threads that go on reading pictures that were given up. A program could ask for more files than the machine can decode at once.
@@ -96,7 +97,7 @@ const MOST_GIVEN_UP: usize = 2;
 
 struct Waiting {
     id: Value,
-    /// It is refused then.
+    /// An edit that did not come is refused then. Everything else has no deadline.
     until: Instant,
     awaits: Awaited,
 }
@@ -117,8 +118,8 @@ enum Awaited {
     Times,
     /// The line of the answer.
     Line(Later<String>),
-    /// A take that is written.
-    Take(Later<Value>),
+    /// This take is written.
+    Take(Later<Value>, TakeIdentity),
     /// A search.
     Find(Box<Finding>),
 }
@@ -139,7 +140,7 @@ impl Awaited {
 
     /// Whether files may be written meanwhile.
     fn writes(&self) -> bool {
-        matches!(self, Self::Line(_) | Self::Take(_))
+        matches!(self, Self::Line(_) | Self::Take(..))
     }
 }
 
@@ -199,6 +200,11 @@ impl Control {
     /// Whether a window shall begin no frame before the last one has ended, since a request asks for its times.
     pub fn holds_frame(&self) -> bool {
         self.waiting.as_ref().is_some_and(|waiting| matches!(waiting.awaits, Awaited::Times))
+    }
+
+    /// Whether a request waits for its answer: [`Self::poll`] looks for it.
+    pub fn awaits(&self) -> bool {
+        self.waiting.is_some()
     }
 
     /// At the end of a window: waits for files that a request writes. Whether there are any: it looks, and waits no longer than a moment.
@@ -364,12 +370,12 @@ impl Control {
             }
             let request = line.as_ref().ok().and_then(|line| request::parse(line).1.ok());
             let is = |what: fn(&Request) -> bool| request.as_ref().is_some_and(what);
-            let (ends_keep, keeps) = (is(Request::ends_keep), is(|request| matches!(request, Request::Keep(_))));
-            self.ahead = Some(Ahead { line, ends_keep, keeps });
+            let (ends_keep, quits) = (is(Request::ends_keep), is(|request| matches!(request, Request::Quit {})));
+            self.ahead = Some(Ahead { line, ends_keep, quits });
         }
         // One clone is that of `self`, and one reads for the request that waits.
         let given_up = Arc::strong_count(&self.reading).saturating_sub(2);
-        self.ahead.as_ref().is_some_and(|ahead| ahead.ends_keep && (!ahead.keeps || given_up < MOST_GIVEN_UP))
+        self.ahead.as_ref().is_some_and(|ahead| ahead.ends_keep && (ahead.quits || given_up < MOST_GIVEN_UP))
     }
 
     /// Answers with what has come, and gives up waiting for an edit that does not come.
@@ -388,27 +394,25 @@ impl Control {
                 Err(error) => Some(Err(error.into())),
             },
             Awaited::Figures(figures) => figures.poll(),
-            Awaited::Take(take) => {
-                let written = take.poll();
+            Awaited::Take(later, take) => {
+                let written = later.poll();
                 if matches!(written, Some(Ok(_))) {
-                    host.session().stop_recording();
+                    host.session().stop_recording_of(take);
                 }
                 written
             }
-            Awaited::Kept { kept, number, from_file } => match kept.poll() {
-                Some(kept) => Some(kept.and_then(|kept| {
-                    let name = kept.name.clone();
-                    let stays = "another picture was kept in the window meanwhile";
-                    if host.keep(kept, *number) { Ok(json!({ "kept": name })) } else { Err(Refusal::new(stays)) }
-                })),
-                None if *from_file && self.ends_keep() => {
-                    let help = vec!["wait for its answer before `keep`, `forget` or `quit`".to_owned()];
-                    Some(Err(Refusal { error: "the next request gave it up".to_owned(), help }))
-                }
-                None => None,
-            },
+            Awaited::Kept { kept, number, from_file } => {
+                let kept = match kept.poll() {
+                    None if *from_file && self.ends_keep() => {
+                        let help = vec!["wait for its answer before `keep`, `forget` or `quit`".to_owned()];
+                        Some(Err(Refusal { error: "the next request gave it up".to_owned(), help }))
+                    }
+                    kept => kept,
+                };
+                kept.map(|kept| answer::keep(host, kept, *number))
+            }
             Awaited::Edit if late => Some(Err(Refusal::new("no edit came in that time"))),
-            Awaited::File(_, path) | Awaited::Opening(path) if late => {
+            Awaited::Opening(path) if late => {
                 let help = vec!["the event `reloaded` or `reload-failed` comes once it is opened".to_owned()];
                 Some(Err(Refusal { error: format!("`{path}` was not opened in that time"), help }))
             }
@@ -439,7 +443,7 @@ impl Control {
             }
             (Drive::Requests, work) => return self.give(&id, work.finish(host.session())),
             (Drive::Window, Work::Answer(later)) => Awaited::Line(later.into_line(id.clone())),
-            (Drive::Window, Work::Take(later)) => Awaited::Take(later),
+            (Drive::Window, Work::Take(later, take)) => Awaited::Take(later, take),
             (Drive::Window, Work::Find(finding)) => Awaited::Find(finding),
         };
         self.wait(id, 0.0, awaits);

@@ -245,6 +245,21 @@ fn a_take_ends_where_it_cannot_go_on() {
     assert_eq!(ended(&mut session, &Session::reset), (Some(Ended::TimeWentBack), 3.0));
     assert_eq!(ended(&mut session, &|session| session.resize(8, 8)), (Some(Ended::OtherSize), 3.0));
     assert_eq!(ended(&mut session, &|session| session.seek(700.0)), (Some(Ended::Full), 3.0));
+    // A take is written while it goes on. The end of that ends no later take.
+    session.record().unwrap();
+    session.frame().unwrap();
+    let earlier = session.take_so_far().unwrap();
+    let identity = earlier.identity();
+    assert!(session.is_take_written());
+    drop(earlier);
+    assert!(session.is_take_written(), "whether it was written was not reported yet");
+    session.stop_recording_of(&identity);
+    assert!(session.recording().is_none() && !session.is_take_written());
+    session.record().unwrap();
+    assert!(!session.is_take_written());
+    session.stop_recording_of(&identity);
+    assert!(session.recording().is_some());
+    session.stop_recording();
     // Without a world there is no demo.
     let empty = Project::filled();
     assert_eq!(empty.open().record(), Err(TakeError::NoWorld));

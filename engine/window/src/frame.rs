@@ -59,6 +59,9 @@ impl Viewer<'_> {
             return self.draw_mistakes(event_loop);
         }
         event_loop.set_control_flow(ControlFlow::Poll);
+        // Threads that read or write files do not wait for the device.
+        self.report_written();
+        self.touched |= self.files.take();
         if self.window.is_none() {
             return Ok(());
         }
@@ -70,7 +73,10 @@ impl Viewer<'_> {
         if let Some(at) = self.next_frame()
             && Instant::now() < at
         {
-            event_loop.set_control_flow(ControlFlow::WaitUntil(at));
+            // An answer that is awaited, and the end of a file, do not wait for the frame.
+            let awaited = self.control.as_ref().is_some_and(Control::awaits) || self.writings.are_running();
+            let next = if awaited { at.min(Instant::now() + STILL) } else { at };
+            event_loop.set_control_flow(ControlFlow::WaitUntil(next));
             return Ok(());
         }
         // A program asks for the times of the last frame: they are there once it has ended.
@@ -111,8 +117,6 @@ impl Viewer<'_> {
             Err(error) => return Err(frame_failure(error, self.console)),
         };
         self.look_at_log();
-        self.report_written();
-        self.touched |= self.files.take();
         let printed = self.session.take_prints();
         self.printed.say(&printed, self.console);
         let said = self.session.take_messages();
@@ -128,6 +132,7 @@ impl Viewer<'_> {
             self.data.drop_thumbnails();
         }
         if inspects {
+            self.inspector.generation = self.reloads.shown;
             self.touched |= self.inspector.take(&mut self.session, &report);
             self.end_search();
             self.take_copies();
@@ -372,6 +377,10 @@ impl Viewer<'_> {
                         // The next frame finds the loss, and reopens the device.
                         self.unshown = false;
                         return Ok(true);
+                    }
+                    // Those who wait for other copies free one soon.
+                    Err(ReadError::Execute(ExecuteError::Gpu(raxel_gpu::Error::ReadbacksInFlight { .. }))) => {
+                        return Ok(false);
                     }
                     Err(error) => return Err(error.into()),
                 }

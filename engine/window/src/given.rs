@@ -90,20 +90,7 @@ impl Viewer<'_> {
             }
             return;
         }
-        self.write_take();
-    }
-
-    /// Writes a take that has ended by itself.
-    pub(super) fn end_take(&mut self) {
-        let ended = self.session.recording().is_some_and(|(_, ended)| ended.is_some());
-        // While too many other files are being written, the take waits.
-        if ended && !self.writes_take() && self.writings.has_room() {
-            self.write_take();
-            if !self.writes_take() {
-                // It cannot be written, which is reported once.
-                self.session.stop_recording();
-            }
-        }
+        self.write_take_again();
     }
 
     /// Reads the gamepad, for graphs that use it.

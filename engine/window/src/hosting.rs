@@ -80,6 +80,11 @@ impl Host for Viewer<'_> {
         self.comparing.keep(kept, number)
     }
 
+    fn give_up_kept(&mut self, number: u64) {
+        // The program gets the reason.
+        let _ = self.comparing.give_up_number(number, "it does not come");
+    }
+
     fn forget(&mut self) {
         self.touched = true;
         let said = self.comparing.forget();

@@ -71,8 +71,10 @@ pub struct Inspector {
     first: u64,
     /// Copies that were asked for, one for each purpose, then those that have come, and those that cannot come any more.
     copying: Vec<Wish>,
-    copied: Vec<(CopiedFor, Taken)>,
+    copied: Vec<Copied>,
     given_up: Vec<(CopiedFor, Shown)>,
+    /// The generation that runs, which the window sets before [`Self::take`].
+    pub(crate) generation: u64,
     /// Pinned texels.
     pins: Pins,
     /// The active one over passes and frames.
@@ -98,6 +100,20 @@ struct Wish {
     shown: Shown,
     /// The number of the copy that it gets, once a frame has made one.
     number: Option<u64>,
+    /// The generation of that frame.
+    generation: u64,
+    /// The layout of a buffer in that frame.
+    elements: Option<Elements>,
+}
+
+/// A copy that has come for a wish. Other files may run since the frame that has made it.
+pub(crate) struct Copied {
+    pub purpose: CopiedFor,
+    pub taken: Taken,
+    /// The generation of its frame.
+    pub generation: u64,
+    /// The layout of a buffer in its frame.
+    pub elements: Option<Elements>,
 }
 
 impl Inspector {
@@ -105,9 +121,13 @@ impl Inspector {
     pub(crate) fn copy(&mut self, purpose: CopiedFor, shown: Shown) {
         let same = |wish: &mut Wish| std::mem::discriminant(&wish.purpose) == std::mem::discriminant(&purpose);
         self.given_up.extend(self.copying.extract_if(.., same).map(|wish| (wish.purpose, wish.shown)));
-        self.copying.push(Wish { purpose, shown, number: None });
-        // A copy on its way is of an earlier frame.
-        (self.on_its_way, self.stale, self.asked) = (None, true, None);
+        // A copy on its way is of an earlier frame. Another wish may wait for it: then the next copy follows it.
+        let awaited = Some(self.given + 1);
+        if !self.copying.iter().any(|wish| wish.number == awaited) {
+            self.on_its_way = None;
+        }
+        self.copying.push(Wish { purpose, shown, number: None, generation: 0, elements: None });
+        (self.stale, self.asked) = (true, None);
     }
 
     /// Whether a copy was asked for that is not there yet.
@@ -116,7 +136,7 @@ impl Inspector {
     }
 
     /// Copies that have come since the last call.
-    pub(crate) fn copied(&mut self) -> Vec<(CopiedFor, Taken)> {
+    pub(crate) fn copied(&mut self) -> Vec<Copied> {
         std::mem::take(&mut self.copied)
     }
 
@@ -217,9 +237,12 @@ impl Inspector {
         } else {
             match (session.captured(), self.of.clone()) {
                 (Some(ticket), Some(shown)) => {
-                    let number = Some(self.given + 1);
+                    let (number, generation) = (Some(self.given + 1), self.generation);
                     let of_it = |wish: &&mut Wish| wish.number.is_none() && wish.shown == shown;
-                    self.copying.iter_mut().filter(of_it).for_each(|wish| wish.number = number);
+                    for wish in self.copying.iter_mut().filter(of_it) {
+                        (wish.number, wish.generation) = (number, generation);
+                        wish.elements = Elements::of(session.graph(), &shown.resource);
+                    }
                     self.on_its_way = Some((shown, ticket));
                 }
                 _ => self.stale |= report.displayed || report.dispatched > 0,
@@ -246,7 +269,10 @@ impl Inspector {
             match done {
                 Done::Copy(copy) => {
                     let wished = self.copying.extract_if(.., |wish| wish.number == Some(copy.number));
-                    self.copied.extend(wished.map(|wish| (wish.purpose, copy.clone())));
+                    self.copied.extend(wished.map(|Wish { purpose, generation, elements, .. }| {
+                        let taken = copy.clone();
+                        Copied { purpose, taken, generation, elements }
+                    }));
                     if self.of.as_ref() == Some(&copy.shown) {
                         self.found = Some(copy);
                     }
@@ -636,13 +662,16 @@ mod tests {
             // A frame has copied it when another target is shown.
             let asked = shown(&session);
             inspector.copy(CopiedFor::Keeping(1), asked.clone());
+            inspector.generation = 7;
             frame(&mut inspector, &mut session);
+            inspector.generation = 8;
             session.set_debug_target_text(other).unwrap();
             let copied = eventually(|| {
                 frame(&mut inspector, &mut session);
                 Some(inspector.copied()).filter(|copied| !copied.is_empty())
             });
-            assert_eq!((copied.len(), copied[0].0, &copied[0].1.shown), (1, CopiedFor::Keeping(1), &asked));
+            let [Copied { purpose, taken, generation, .. }] = &copied[..] else { panic!("{} copies", copied.len()) };
+            assert_eq!((*purpose, &taken.shown, *generation), (CopiedFor::Keeping(1), &asked, 7));
             assert!(inspector.given_up().is_empty() && !inspector.is_copying());
             // No frame can copy it any more.
             session.set_debug_target_text(target).unwrap();
@@ -659,7 +688,27 @@ mod tests {
                 frame(&mut inspector, &mut session);
                 Some(inspector.copied()).filter(|copied| !copied.is_empty())
             });
-            assert_eq!(copied.iter().map(|(purpose, _)| *purpose).collect::<Vec<_>>(), [CopiedFor::Keeping(3)]);
+            assert_eq!(copied.iter().map(|copied| copied.purpose).collect::<Vec<_>>(), [CopiedFor::Keeping(3)]);
+            // A wish while the copy for another one is on its way. Both get what was shown for them.
+            let first = shown(&session);
+            inspector.copy(CopiedFor::Keeping(4), first.clone());
+            inspector.ask(&mut session);
+            session.frame().unwrap();
+            session.wait().unwrap();
+            inspector.on_its_way = session.captured().map(|ticket| (first.clone(), ticket));
+            inspector.copying[0].number = Some(inspector.given + 1);
+            session.set_debug_target_text(target).unwrap();
+            let second = shown(&session);
+            inspector.copy(CopiedFor::Measuring, second.clone());
+            assert!(inspector.on_its_way.is_some());
+            let mut copied = Vec::new();
+            eventually(|| {
+                frame(&mut inspector, &mut session);
+                copied.extend(inspector.copied());
+                (copied.len() == 2).then_some(())
+            });
+            let copied: Vec<_> = copied.iter().map(|copied| (copied.purpose, copied.taken.shown.clone())).collect();
+            assert_eq!(copied, [(CopiedFor::Keeping(4), first), (CopiedFor::Measuring, second)]);
         }
     }
 }

@@ -47,7 +47,6 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use raxel_diagnostics::Severity;
-use raxel_execute::Progress;
 use raxel_gpu::DeviceOptions;
 use raxel_graph::checked::Value;
 use raxel_panels::view::{Brush, Busy, Problem};
@@ -82,7 +81,7 @@ use self::presenting::{Open, Pictures, Refusals};
 use self::reload_log::ReloadLog;
 use self::switching::Files;
 use self::title::Title;
-use self::writing::Writings;
+use self::writing::{Ending, Writings};
 use raxel_control::{Control, Drive};
 use raxel_terminal::console::Console;
 use raxel_terminal::failure::{Exit, Failure, Result};
@@ -518,14 +517,15 @@ impl<'a> Viewer<'a> {
     /// Says how it went.
     fn finish(mut self) -> Result {
         self.look_at_log();
-        self.finish_writing();
+        let mut ending = Ending::default();
+        self.finish_writing(&mut ending);
         let unmended = self.session.is_waiting();
         if !unmended {
             self.keep_layout(LayoutFile::write);
         }
         // An endless dispatch must not keep the program running.
-        if !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done)) {
-            self.session.abandon_device();
+        if ending.device_works(&mut self.session) {
+            ending.abandon(&mut self.session);
         }
         match self.failure.take() {
             Some(failure) => Err(failure),

@@ -9,7 +9,7 @@ use raxel_workbench::kept::Kept;
 use winit::keyboard::ModifiersState;
 
 use super::comparing::{Coming, kept_message};
-use super::inspector::CopiedFor;
+use super::inspector::{Copied, CopiedFor};
 use super::magnifier::Extents;
 use super::{Viewer, panel_data};
 
@@ -143,7 +143,7 @@ impl Viewer<'_> {
             Action::Measure => {
                 self.comparing.await_figures();
                 let shown = self.shown();
-                let (name, shown) = (self.name_of_copy(&shown), panel_data::debug_target(&shown));
+                let (name, shown) = (name_of_copy(&shown, self.reloads.shown), panel_data::debug_target(&shown));
                 if !self.comparing.measure_live(&mut self.session, &name, &shown) {
                     self.measure_shown(&name);
                 }
@@ -165,17 +165,13 @@ impl Viewer<'_> {
         self.notice(said.to_owned());
     }
 
-    fn name_of_copy(&self, shown: &Shown) -> String {
-        format!("{}, generation {}", panel_data::debug_target(shown), self.reloads.shown)
-    }
-
     /// Keeps what is shown now, whatever is shown when the copy of it is there.
     fn keep_shown(&mut self) {
         let shown = self.shown();
         if self.is_buffer(&shown) {
             return self.notice(no_picture(&shown));
         }
-        let name = self.name_of_copy(&shown);
+        let name = name_of_copy(&shown, self.reloads.shown);
         let ticket = self.request_shown(&shown);
         let in_frame = ticket.is_none();
         let (number, said) = self.comparing.ask(&name, ticket.map_or(Coming::Asker, Coming::Copy));
@@ -217,14 +213,14 @@ impl Viewer<'_> {
 
     /// After a frame: takes the copies that it was asked for.
     pub(super) fn take_copies(&mut self) {
-        for (purpose, copy) in self.inspector.copied() {
-            let name = self.name_of_copy(&copy.shown);
+        for Copied { purpose, taken: copy, generation, elements } in self.inspector.copied() {
+            let name = name_of_copy(&copy.shown, generation);
             let texels = match &*copy.captured {
                 Captured::Texels(texels) => Some(texels.clone()),
                 Captured::Bytes { .. } => None,
             };
             match (purpose, texels) {
-                (CopiedFor::Table, _) => self.write_copied(&copy.shown, copy.captured),
+                (CopiedFor::Table, _) => self.write_copied(&copy.shown, elements, copy.captured),
                 (CopiedFor::Keeping(number), Some(texels)) => {
                     let kept = Kept::copy(&name, texels);
                     let said = kept_message(&kept.name);
@@ -236,7 +232,11 @@ impl Viewer<'_> {
                     let display = self.inspector.display_of(self.session.graph(), &copy.shown);
                     self.comparing.measure(&name, texels, display);
                 }
-                (CopiedFor::Keeping(_) | CopiedFor::Measuring, None) => {
+                (CopiedFor::Keeping(number), None) => {
+                    let said = self.comparing.give_up_number(number, "a buffer is shown");
+                    self.notice(said.unwrap_or_else(|| no_picture(&copy.shown)));
+                }
+                (CopiedFor::Measuring, None) => {
                     self.comparing.give_up_figures("a buffer is shown");
                     self.notice(no_picture(&copy.shown));
                 }
@@ -255,6 +255,10 @@ impl Viewer<'_> {
             said.into_iter().for_each(|said| self.warn(said));
         }
     }
+}
+
+fn name_of_copy(shown: &Shown, generation: u64) -> String {
+    format!("{}, generation {generation}", panel_data::debug_target(shown))
 }
 
 fn no_picture(shown: &Shown) -> String {

@@ -10,9 +10,9 @@ use std::time::{Duration, Instant};
 use raxel_execute::{Captured, Progress, ReadTicket};
 use raxel_output::{Pending, Table, shown, take_name, write_take};
 use raxel_panels::view::Shown;
-use raxel_runtime::ReadError;
 use raxel_runtime::project::Project;
-use raxel_runtime::session::TakeSoFar;
+use raxel_runtime::session::{TakeIdentity, TakeSoFar};
+use raxel_runtime::{ReadError, Session};
 use raxel_terminal::failure::{Exit, Failure, Result};
 
 use super::elements::Elements;
@@ -37,16 +37,40 @@ struct Whole {
     bytes: Vec<u8>,
 }
 
+/// The device at the end of a window.
+#[derive(Default)]
+pub(super) struct Ending {
+    /// To wait for a device that was abandoned would open it again.
+    abandoned: bool,
+}
+
+impl Ending {
+    /// Whether the device still works. Waits for it for a moment, unless it was abandoned.
+    pub(crate) fn device_works(&self, session: &mut Session) -> bool {
+        !self.abandoned && !matches!(session.wait_picture(SLICE), Ok(Progress::Done))
+    }
+
+    /// Gives up the work of the device. Copies that it has not made are reported as lost.
+    pub(crate) fn abandon(&mut self, session: &mut Session) {
+        session.abandon_device();
+        self.abandoned = true;
+    }
+}
+
 /// The files that are being written.
 #[derive(Default)]
 pub(super) struct Writings {
     running: Vec<Writing>,
+    /// The last take could not be written, which was reported: it is not tried again by itself.
+    refused_take: bool,
     /// Files that have no contents yet. Only threads look at them: to look whether a file exists may take long.
     places: Arc<Mutex<BTreeSet<PathBuf>>>,
 }
 
 struct Writing {
     what: String,
+    /// The take that it is.
+    take: Option<TakeIdentity>,
     thread: JoinHandle<Result<Written>>,
 }
 
@@ -102,22 +126,30 @@ impl Whole {
 }
 
 impl Writings {
-    /// Writes a file of this name and extension in the current folder that does not exist yet.
+    /// Writes contents to a file of this name and extension in the current folder that does not exist yet.
     ///
     /// # Errors
     /// Too many are being written, in one line.
-    fn write(
+    fn write<T>(
         &mut self,
         name: &str,
         extension: &'static str,
-        write: impl FnOnce(&Path) -> Result + Send + 'static,
+        contents: impl FnOnce() -> Result<T> + Send + 'static,
+        write: impl FnOnce(&Path, T) -> Result + Send + 'static,
     ) -> std::result::Result<(), String> {
         let (named, places) = (name.to_owned(), self.places.clone());
-        self.begin(format!("{name}.{extension}"), move || {
+        self.begin(format!("{name}.{extension}"), None, move || {
+            // First, which ends the ticket of a copy: frames need tickets too, and there are only a few. A disk may take long.
+            let contents = contents()?;
             let place = Place::free(&named, extension, &places);
-            write(&place.path)?;
+            write(&place.path, contents)?;
             Ok(Written::File(place.path.clone()))
         })
+    }
+
+    /// Whether files are being written.
+    pub(crate) fn are_running(&self) -> bool {
+        !self.running.is_empty()
     }
 
     /// Whether one more file can be written.
@@ -128,29 +160,32 @@ impl Writings {
     fn begin(
         &mut self,
         what: String,
+        take: Option<TakeIdentity>,
         write: impl FnOnce() -> Result<Written> + Send + 'static,
     ) -> std::result::Result<(), String> {
         if !self.has_room() {
             return Err(format!("{what} is not written: {MOST} other files are being written"));
         }
-        self.running.push(Writing { what, thread: thread::spawn(write) });
+        self.running.push(Writing { what, take, thread: thread::spawn(write) });
         Ok(())
     }
 
-    /// The files that are done.
-    fn done(&mut self) -> Vec<Result<Written>> {
+    /// The files that are done, each with the take that it is.
+    fn done(&mut self) -> Vec<(Option<TakeIdentity>, Result<Written>)> {
         let ended = self.running.extract_if(.., |writing| writing.thread.is_finished());
-        let result = |Writing { what, thread }| {
+        let result = |Writing { what, take, thread }| {
             // A panic of the thread was shown when it happened.
             let lost = |_| Err(Failure::new(Exit::Usage, format!("`{what}` was not written")));
-            thread.join().unwrap_or_else(lost)
+            let result = thread.join().unwrap_or_else(lost);
+            (take, result)
         };
         ended.map(result).collect()
     }
 }
 
-/// A copy, once it has come. A thread that writes it waits here.
-fn awaited<T>(ticket: &ReadTicket<T>) -> Result<T> {
+/// A copy, once it has come. A thread that writes it waits here. The ticket ends with it.
+#[expect(clippy::needless_pass_by_value, reason = "a ticket that is held keeps others from being made")]
+fn awaited<T>(ticket: ReadTicket<T>) -> Result<T> {
     loop {
         match ticket.poll() {
             Ok(Some(copy)) => return Ok(copy),
@@ -176,25 +211,33 @@ impl Viewer<'_> {
         // A copy within a frame has to be made by the next one.
         let at_end = shown.after.is_none() && shown.age == 0;
         match at_end.then(|| self.session.request_buffer(&shown.resource, 0..total)) {
-            Some(Ok(ticket)) => self.write_bytes(&shown, move || awaited(&ticket)),
+            Some(Ok(ticket)) => {
+                let elements = Elements::of(self.session.graph(), &shown.resource);
+                self.write_bytes(&shown, elements, move || awaited(ticket));
+            }
             Some(Err(_)) | None => self.inspector.copy(CopiedFor::Table, shown),
         }
     }
 
     /// Writes a copy of a whole buffer that a frame has made.
-    pub(super) fn write_copied(&mut self, shown: &Shown, copy: Arc<Captured>) {
-        self.write_bytes(shown, move || match &*copy {
+    pub(super) fn write_copied(&mut self, shown: &Shown, elements: Option<Elements>, copy: Arc<Captured>) {
+        self.write_bytes(shown, elements, move || match &*copy {
             Captured::Bytes { bytes, .. } => Ok(bytes.clone()),
             Captured::Texels(_) => Ok(Vec::new()),
         });
     }
 
-    fn write_bytes(&mut self, shown: &Shown, bytes: impl FnOnce() -> Result<Vec<u8>> + Send + 'static) {
+    fn write_bytes(
+        &mut self,
+        shown: &Shown,
+        elements: Option<Elements>,
+        bytes: impl FnOnce() -> Result<Vec<u8>> + Send + 'static,
+    ) {
         let name = &shown.resource;
-        let Some(elements) = Elements::of(self.session.graph(), name) else {
-            return self.warn(format!("{name}.csv is not written: the graph has no such buffer any more"));
+        let Some(elements) = elements else {
+            return self.warn(format!("{name}.csv is not written: the graph has no such buffer"));
         };
-        let begun = self.writings.write(name, "csv", move |path| Whole { elements, bytes: bytes()? }.write(path));
+        let begun = self.writings.write(name, "csv", bytes, move |path, bytes| Whole { elements, bytes }.write(path));
         self.said(begun);
     }
 
@@ -203,54 +246,71 @@ impl Viewer<'_> {
         let ticket = self.session.request_picture()?;
         let frame = self.session.clock().now().map_or(0, |time| time.index);
         let name = format!("{}-{}-{frame:05}", self.session.graph().name, self.target());
-        let write = move |path: &Path| Ok(raxel_output::write_picture(Pending::new(path)?, &awaited(&ticket)?)?);
-        let begun = self.writings.write(&name, "png", write);
+        let write = |path: &Path, picture| Ok(raxel_output::write_picture(Pending::new(path)?, &picture)?);
+        let begun = self.writings.write(&name, "png", move || awaited(ticket), write);
         self.said(begun);
         Ok(())
     }
 
     /// Writes the take so far. The recording goes on until the file is there: if it cannot be written, nothing is lost.
-    pub(super) fn write_take(&mut self) {
-        if self.writes_take() {
+    fn write_take(&mut self) {
+        // A request of the program may write it, too.
+        if self.session.is_take_written() {
             return self.notice("the take is being written".to_owned());
         }
         match self.session.take_so_far() {
             Ok(take) => {
                 let project = self.session.project().clone();
-                let begun = self.writings.begin(TAKE.to_owned(), move || written(&project, &take).map(Written::Take));
+                let identity = Some(take.identity());
+                let write = move || written(&project, &take).map(Written::Take);
+                let begun = self.writings.begin("the take".to_owned(), identity, write);
                 self.said(begun);
             }
             Err(error) => self.warn(error.to_string()),
         }
     }
 
-    /// Whether a take is being written.
-    pub(super) fn writes_take(&self) -> bool {
-        self.writings.running.iter().any(|writing| writing.what == TAKE)
-    }
-
     /// Reports the files that are written.
     pub(super) fn report_written(&mut self) {
-        let took = self.writes_take();
-        let all = self.writings.done();
-        let failed = took && !self.writes_take() && !all.iter().any(|done| matches!(done, Ok(Written::Take(_))));
-        for done in all {
+        for (take, done) in self.writings.done() {
             match done {
                 Ok(Written::File(path)) => self.say(format!("wrote {}", shown(&path))),
                 Ok(Written::Take(said)) => {
-                    self.session.stop_recording();
+                    if let Some(take) = &take {
+                        self.session.stop_recording_of(take);
+                    }
                     self.say(said);
                 }
                 Err(failure) => {
+                    self.writings.refused_take |= take.is_some();
                     self.notice(failure.message.clone().unwrap_or_default());
                     self.console.failure(&failure);
                 }
             }
         }
-        if failed && self.session.recording().is_some_and(|(_, ended)| ended.is_some()) {
-            // It was reported once, and would be written again in each frame.
-            self.session.stop_recording();
+    }
+
+    /// Writes a take that has ended by itself. If that fails, the user may press the key again.
+    pub(super) fn end_take(&mut self) {
+        let ended = self.session.recording().filter(|(_, ended)| ended.is_some());
+        match ended {
+            // Another take may be written.
+            None => self.writings.refused_take = false,
+            // It ended before its first frame: there is nothing to write.
+            Some((seconds, _)) if seconds <= 0.0 && self.writings.refused_take => self.session.stop_recording(),
+            Some(_) => {
+                // While too many other files are being written, the take waits.
+                if !self.writings.refused_take && !self.session.is_take_written() && self.writings.has_room() {
+                    self.write_take();
+                }
+            }
         }
+    }
+
+    /// Writes the take, whether it could be written before or not.
+    pub(super) fn write_take_again(&mut self) {
+        self.writings.refused_take = false;
+        self.write_take();
     }
 
     /// Says something on the terminal and in the bar.
@@ -260,8 +320,8 @@ impl Viewer<'_> {
     }
 
     /// At the end: waits for the files that are being written.
-    pub(super) fn finish_writing(&mut self) {
-        let (began, mut told, mut abandoned) = (Instant::now(), false, false);
+    pub(super) fn finish_writing(&mut self, ending: &mut Ending) {
+        let (began, mut told) = (Instant::now(), false);
         loop {
             self.report_written();
             let mut control = self.control.take();
@@ -276,23 +336,33 @@ impl Viewer<'_> {
                 let names = if names.is_empty() { "the program's file".to_owned() } else { names.join(", ") };
                 self.console.message(&format!("waits until {names} is written; Ctrl+C gives it up"));
             }
-            let works = !matches!(self.session.wait_picture(SLICE), Ok(Progress::Done));
-            if works && !abandoned && began.elapsed() > DEVICE {
-                // Copies that it has not made are reported as lost.
-                self.session.abandon_device();
-                abandoned = true;
+            if ending.device_works(&mut self.session) && began.elapsed() > DEVICE {
+                ending.abandon(&mut self.session);
             }
             thread::sleep(LOOK);
         }
     }
 }
 
-/// A take, among the files that are being written.
-const TAKE: &str = "the take";
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::panel_data::tests::{FILL, open};
+
+    #[test]
+    fn a_device_that_was_abandoned_is_not_opened_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let graph = "name = \"one\"\npresent = \"a\"\n[targets.a]\nformat = \"r32f\"\n\
+            [[passes]]\nname = \"fill\"\nshader = \"fill.comp\"\ndispatch = { threads = \"a\" }\nbind = { c = \"a\" }\n";
+        let mut session = open(&folder, &[("graphs/one.toml", graph), ("shaders/fill.comp", FILL)]);
+        session.frame().unwrap();
+        session.wait().unwrap();
+        let (device, mut ending) = (session.device().id(), Ending::default());
+        assert!(!ending.device_works(&mut session));
+        ending.abandon(&mut session);
+        assert!(!ending.device_works(&mut session));
+        assert_eq!(session.device().id(), device);
+    }
 
     /// A buffer of this many words.
     fn words(count: u32) -> Whole {
@@ -313,18 +383,29 @@ mod tests {
     fn files_on_a_slow_disk_are_not_waited_for_and_there_are_not_too_many() {
         let (go, gate) = std::sync::mpsc::channel::<()>();
         let gate = Arc::new(Mutex::new(gate));
-        let mut writings = Writings::default();
+        let (mut writings, tickets) = (Writings::default(), Arc::new(()));
+        // To look for a free name is slow, too.
+        let slow = writings.places.clone();
+        let slow = lock(&slow);
         for _ in 0..MOST {
-            let gate = gate.clone();
-            let begun = writings.write("a picture", "png", move |_| {
+            let (gate, ticket) = (gate.clone(), tickets.clone());
+            let contents = move || {
+                drop(ticket);
+                Ok(())
+            };
+            let begun = writings.write("a picture", "png", contents, move |_, ()| {
                 let _ = gate.lock().map(|gate| gate.recv());
                 Ok(())
             });
             assert_eq!(begun, Ok(()));
         }
-        let refused = writings.write("b", "csv", |_| Ok(())).unwrap_err();
+        let refused = writings.write("b", "csv", || Ok(()), |_, ()| Ok(())).unwrap_err();
         assert_eq!(refused, "b.csv is not written: 8 other files are being written");
-        assert_eq!(writings.done(), []);
+        assert!(writings.done().is_empty());
+        while Arc::strong_count(&tickets) > 1 {
+            thread::sleep(LOOK);
+        }
+        drop(slow);
         while lock(&writings.places).len() < MOST {
             thread::sleep(LOOK);
         }
@@ -336,7 +417,7 @@ mod tests {
         let paths: BTreeSet<PathBuf> = all
             .into_iter()
             .map(|done| match done {
-                Ok(Written::File(path)) => path,
+                (_, Ok(Written::File(path))) => path,
                 other => panic!("{other:?}"),
             })
             .collect();

@@ -37,7 +37,7 @@ pub use edit::EditFailure;
 pub use error::{FrameError, OpenError, ReadError};
 pub use options::{ManifestDefaults, Options};
 pub use raxel_gpu::Validation;
-pub use take::TakeSoFar;
+pub use take::{TakeIdentity, TakeSoFar};
 
 use raxel_diagnostics::{Diagnostic, SourceMap};
 use raxel_execute::moment::Moment;

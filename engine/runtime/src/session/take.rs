@@ -14,12 +14,22 @@ pub struct TakeSoFar {
     pub(super) recorder: Recorder,
     /// That of its last frame: another graph may run since.
     graph: Arc<Graph>,
+    identity: TakeIdentity,
 }
+
+/// Tells one take of a session from the others. Whoever writes a take holds its identity until the recording goes on or has ended.
+#[derive(Clone, Debug, Default)]
+pub struct TakeIdentity(Arc<()>);
 
 impl TakeSoFar {
     /// The take as the demo `NAME.demo.toml`. The text of a long take needs more time than a frame has, so another thread may make it.
     pub fn finish(&self, name: &str) -> Result<Take, TakeError> {
         self.recorder.finish(&self.graph, name)
+    }
+
+    /// Its identity, for [`Session::stop_recording_of`].
+    pub fn identity(&self) -> TakeIdentity {
+        self.identity.clone()
     }
 }
 
@@ -33,7 +43,11 @@ impl Session {
         let scene =
             Scene { world, graph: self.graph_path().to_owned(), size: self.size(), pace: self.playback.clock.pace() };
         self.reset();
-        self.playback.take = Some(TakeSoFar { recorder: Recorder::new(scene), graph: self.renderer.graph.clone() });
+        self.playback.take = Some(TakeSoFar {
+            recorder: Recorder::new(scene),
+            graph: self.renderer.graph.clone(),
+            identity: TakeIdentity::default(),
+        });
         Ok(())
     }
 
@@ -50,6 +64,16 @@ impl Session {
     /// The take so far, to be written while frames go on. The recording goes on until [`Self::stop_recording`].
     pub fn take_so_far(&self) -> Result<TakeSoFar, TakeError> {
         self.playback.take.clone().ok_or(TakeError::NotRecording)
+    }
+
+    /// Whether the take is being written: a copy of it or its identity is held.
+    pub fn is_take_written(&self) -> bool {
+        self.playback.take.as_ref().is_some_and(|take| Arc::strong_count(&take.identity.0) > 1)
+    }
+
+    /// Ends the recording of this take, if no other one is being recorded.
+    pub fn stop_recording_of(&mut self, identity: &TakeIdentity) {
+        self.playback.take.take_if(|take| Arc::ptr_eq(&take.identity.0, &identity.0));
     }
 
     /// Ends the recording of a take.
