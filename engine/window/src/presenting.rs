@@ -213,16 +213,17 @@ mod tests {
 
     #[test]
     fn a_window_that_takes_no_picture_for_long_is_reported_once() {
+        const NONE: [u32; 0] = [];
         let (start, second) = (Instant::now(), Duration::from_secs(1));
         let mut refusals = Refusals::default();
         let reports = |refusals: &mut Refusals, seconds: std::ops::Range<u32>| {
             seconds.filter(|at| refusals.add(start + *at * second)).collect::<Vec<_>>()
         };
-        assert_eq!(reports(&mut refusals, 0..10), []);
+        assert_eq!(reports(&mut refusals, 0..10), NONE);
         refusals.end();
-        assert_eq!(reports(&mut refusals, 10..20), [], "a picture was taken");
+        assert_eq!(reports(&mut refusals, 10..20), NONE, "a picture was taken");
         // It was hidden for a minute.
-        assert_eq!(reports(&mut refusals, 80..90), []);
+        assert_eq!(reports(&mut refusals, 80..90), NONE);
         assert_eq!(reports(&mut refusals, 90..120), [90], "once");
     }
 
