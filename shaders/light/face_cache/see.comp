@@ -77,7 +77,7 @@ bool is_stirred(ivec3 voxel, uint face) {
 }
 
 #ifdef RX_BINDS_Poses
-// Whether an instance has moved near a place in the world lately.
+// Whether an instance or its shadow has moved near a place in the world lately.
 bool is_by_mover(ivec3 place) {
     // A mark lasts until each face had its turn.
     uint lasts = STIRRED_FRAMES * max(queue.every, 1u) * (uint(max(push.rarely, 16)) + 15u >> 4);
